@@ -1,0 +1,1 @@
+"""Where all meet: launcher, recording, replay, figures, evaluation and benchmarks."""
