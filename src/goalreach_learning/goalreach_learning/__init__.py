@@ -1,0 +1,1 @@
+"""The learner: Q-table, exploration, actions as options, policies and training."""
