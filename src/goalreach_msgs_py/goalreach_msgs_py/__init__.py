@@ -1,0 +1,1 @@
+"""What crosses borders: value types, angles, the camera model, topics and message codecs."""
