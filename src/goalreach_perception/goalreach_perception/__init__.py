@@ -1,0 +1,1 @@
+"""From image to state: LED blobs, pose with covariance, regions and memberships."""
