@@ -1,0 +1,154 @@
+"""The arena: walls, LEDs, regions and starting positions, as one checked value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.units import INCH_M
+from goalreach_msgs_py.values import FloatArray, Pose2
+
+__all__ = [
+    'BODY_RADIUS_M',
+    'DEFAULT_LANDMARKS_M',
+    'LENGTH_M',
+    'WIDTH_M',
+    'Arena',
+    'paper_starts',
+]
+
+WIDTH_M = 3.556
+"""140 in, section "The Simulation Phase"."""
+LENGTH_M = 5.08
+"""200 in, section "The Simulation Phase"."""
+
+BODY_RADIUS_M = 0.225
+"""Radius of the bumper ring as a driver author measured it (Player, drivers/mixed/nomad)."""
+
+_LANDMARKS_IN = ((35.0, 0.0, 56.0), (70.0, 20.0, 72.0), (105.0, 0.0, 64.0))
+# Chosen, not from the paper, which names three LEDs but not their places: the middle one on a
+# bracket 20 in proud of the goal wall and above the robot, since its depth is the strongest lever
+# on accuracy (Cramer-Rao bound of the position: three times better than a flat triangle).
+DEFAULT_LANDMARKS_M = tuple(
+    tuple(round(coordinate * INCH_M, 6) for coordinate in led) for led in _LANDMARKS_IN
+)
+
+_STARTS = 22
+_BORDER_SAMPLES = 4000
+_START_CLEARANCE_M = 0.1
+_FACING_GOAL_WALL_RAD = -math.pi / 2
+_MINIMUM_LANDMARKS = 3
+
+
+def paper_starts(
+    *,
+    width_m: float = WIDTH_M,
+    length_m: float = LENGTH_M,
+    body_radius_m: float = BODY_RADIUS_M,
+    regions: RegionMap | None = None,
+) -> tuple[Pose2, ...]:
+    """Return 22 starting poses at the borders of an arena, facing the goal wall.
+
+    The paper has "22 different points at the borders of the environment" and no coordinates.
+    Here they stand evenly on the rectangle 0.1 m inside the free floor, counter-clockwise from
+    the goal wall, the part of it inside the goal region left out.
+
+    Args:
+        width_m: Arena size along x.
+        length_m: Arena size along y.
+        body_radius_m: Radius of the robot.
+        regions: The region map whose goal is left out; the default map if None.
+    """
+    regions = regions or RegionMap()
+    inset = body_radius_m + _START_CLEARANCE_M
+    right, far = width_m - inset, length_m - inset
+    corners = np.array(
+        [[inset, inset], [right, inset], [right, far], [inset, far], [inset, inset]]
+    )
+    along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners, axis=0)).sum(axis=1))])
+    steps = np.linspace(0.0, along[-1], _BORDER_SAMPLES, endpoint=False)
+    points = np.stack([np.interp(steps, along, corners[:, k]) for k in (0, 1)], axis=1)
+    outside = np.array([regions.region_at(x, y) != regions.goal for x, y in points])
+    points = np.roll(points, -_end_of_gap(outside), axis=0)[: int(outside.sum())]
+    chosen = points[((np.arange(_STARTS) + 0.5) * len(points) / _STARTS).astype(int)]
+    return tuple(
+        Pose2(x_m=float(x), y_m=float(y), heading_rad=_FACING_GOAL_WALL_RAD)
+        for x, y in chosen.round(4)
+    )
+
+
+def _end_of_gap(outside: NDArray[np.bool_]) -> int:
+    """Return the index of the first sample after the goal region, or 0 where it is not met."""
+    rising = np.flatnonzero(outside & ~np.roll(outside, 1))
+    return int(rising[-1]) if len(rising) else 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arena:
+    """A closed rectangular floor with LEDs, regions and starting poses.
+
+    Attributes:
+        width_m: Size along x; the walls are x = 0 and x = width.
+        length_m: Size along y; the goal wall is y = 0.
+        landmarks_m: (x, y, z) of each LED in `map`.
+        regions: The region map; its outer knots are the walls.
+        starts: Poses from which paths begin.
+
+    Raises:
+        ConfigurationError: A part does not fit the others; the line names it.
+    """
+
+    width_m: float = WIDTH_M
+    length_m: float = LENGTH_M
+    landmarks_m: tuple[tuple[float, ...], ...] = DEFAULT_LANDMARKS_M
+    regions: RegionMap = field(default_factory=RegionMap)
+    starts: tuple[Pose2, ...] = field(default_factory=paper_starts)
+
+    def __post_init__(self) -> None:
+        """Check the arena as a whole."""
+        for name in ('width_m', 'length_m'):
+            size = getattr(self, name)
+            if not (math.isfinite(size) and size > 4 * BODY_RADIUS_M):
+                raise ConfigurationError(name, size, f'more than {4 * BODY_RADIUS_M:g} m')
+        self._check_landmarks()
+        self._check_regions()
+        for index, start in enumerate(self.starts):
+            if not self.is_free(start.x_m, start.y_m):
+                point = (start.x_m, start.y_m)
+                raise ConfigurationError(f'starts[{index}]', point, 'on the free floor')
+
+    def _check_landmarks(self) -> None:
+        if len(self.landmarks_m) < _MINIMUM_LANDMARKS:
+            raise ConfigurationError('landmarks_m', self.landmarks_m, 'at least three LEDs')
+        for index, led in enumerate(self.landmarks_m):
+            inside = len(led) == 3 and (  # noqa: PLR2004 - x, y, z
+                0 <= led[0] <= self.width_m and 0 <= led[1] <= self.length_m and led[2] > 0
+            )
+            if not inside:
+                raise ConfigurationError(f'landmarks_m[{index}]', led, 'x, y, z in the arena')
+
+    def _check_regions(self) -> None:
+        outer = (
+            ('x_knots_m', self.regions.x_knots_m, self.width_m),
+            ('y_knots_m', self.regions.y_knots_m, self.length_m),
+        )
+        for name, knots, size in outer:
+            if abs(knots[0]) > 1e-6 or abs(knots[-1] - size) > 1e-6:  # noqa: PLR2004 - one um
+                raise ConfigurationError(name, knots, f'knots that cover 0 to {size:g} m')
+
+    def is_free(self, x_m: float, y_m: float, *, body_radius_m: float = BODY_RADIUS_M) -> bool:
+        """Return whether a robot centred there touches no wall."""
+        return (
+            body_radius_m <= x_m <= self.width_m - body_radius_m
+            and body_radius_m <= y_m <= self.length_m - body_radius_m
+        )
+
+    @property
+    def landmark_array_m(self) -> FloatArray:
+        """The LEDs as an (n, 3) array, metres in `map`."""
+        return np.array(self.landmarks_m, dtype=np.float64)

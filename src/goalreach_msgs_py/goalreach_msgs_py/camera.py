@@ -1,0 +1,139 @@
+"""The pinhole camera on its turret, pan and tilt, shared by simulator and localizer.
+
+Frames: `map` with z up; `camera_optical_frame` with x right, y down, z forward (REP-103). The
+optical centre sits on the robot's vertical axis, so turning the head never moves it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.values import FloatArray, HeadAngles
+
+__all__ = ['PinholeCamera', 'camera_azimuth', 'optical_rotation', 'points_in_camera']
+
+
+@dataclass(frozen=True, kw_only=True)
+class PinholeCamera:
+    """Intrinsics as in sensor_msgs/CameraInfo; pixel (0, 0) is the top-left pixel's centre.
+
+    Attributes:
+        width_px: Image width.
+        height_px: Image height.
+        fx_px: Focal length along u.
+        fy_px: Focal length along v.
+        cx_px: Principal point, u.
+        cy_px: Principal point, v.
+        distortion: Brown-Conrady k1, k2, p1, p2, k3 ("plumb_bob"); all zero for an ideal lens.
+    """
+
+    width_px: int = 640
+    height_px: int = 480
+    fx_px: float
+    fy_px: float
+    cx_px: float
+    cy_px: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what no camera has."""
+        for name in ('width_px', 'height_px', 'fx_px', 'fy_px'):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ConfigurationError(name, value, 'a positive number')
+        for name in ('cx_px', 'cy_px'):
+            if not math.isfinite(getattr(self, name)):
+                raise ConfigurationError(name, getattr(self, name), 'a finite number')
+
+    @classmethod
+    def from_field_of_view(
+        cls, *, width_px: int = 640, height_px: int = 480, horizontal_fov_rad: float
+    ) -> PinholeCamera:
+        """Return an ideal camera with square pixels and a centred principal point.
+
+        Args:
+            width_px: Image width.
+            height_px: Image height.
+            horizontal_fov_rad: Full angle between the outer edges of the first and last column.
+        """
+        focal_px = width_px / 2.0 / math.tan(horizontal_fov_rad / 2.0)
+        return cls(
+            width_px=width_px,
+            height_px=height_px,
+            fx_px=focal_px,
+            fy_px=focal_px,
+            cx_px=(width_px - 1) / 2.0,
+            cy_px=(height_px - 1) / 2.0,
+        )
+
+    def project(self, points_m: FloatArray) -> FloatArray:
+        """Return the pixels of points given in the optical frame.
+
+        Args:
+            points_m: (n, 3) points, metres, x right, y down, z forward.
+
+        Returns:
+            (n, 2) pixels (u, v); NaN where a point is not in front of the camera (z <= 1 mm).
+        """
+        depth_m = points_m[:, 2]
+        with np.errstate(divide='ignore', invalid='ignore'):
+            x = np.where(depth_m > 1e-3, points_m[:, 0] / depth_m, np.nan)  # noqa: PLR2004 - 1 mm
+            y = points_m[:, 1] / depth_m
+        if any(self.distortion):
+            x, y = self._distort(x, y)
+        pixels = np.empty((len(points_m), 2))
+        pixels[:, 0] = self.cx_px + self.fx_px * x
+        pixels[:, 1] = np.where(np.isnan(x), np.nan, self.cy_px + self.fy_px * y)
+        return pixels
+
+    def _distort(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        return (
+            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+        )
+
+
+def camera_azimuth(heading_rad: float, head: HeadAngles) -> float:
+    """Return the azimuth of the optical axis in `map`: heading + turret + pan (not wrapped)."""
+    return heading_rad + head.turret_rad + head.pan_rad
+
+
+def optical_rotation(azimuth_rad: float, tilt_rad: float) -> FloatArray:
+    """Return the rotation from `map` to the optical frame.
+
+    Args:
+        azimuth_rad: Azimuth of the optical axis in `map`.
+        tilt_rad: Its elevation, upward.
+
+    Returns:
+        (3, 3): the rows are the camera's right, down and forward axes in `map`.
+    """
+    ca, sa = math.cos(azimuth_rad), math.sin(azimuth_rad)
+    ct, st = math.cos(tilt_rad), math.sin(tilt_rad)
+    return np.array([[sa, -ca, 0.0], [ca * st, sa * st, -ct], [ca * ct, sa * ct, st]])
+
+
+def points_in_camera(
+    points_map_m: FloatArray, centre_map_m: FloatArray, azimuth_rad: float, tilt_rad: float
+) -> FloatArray:
+    """Return map points in the optical frame.
+
+    Args:
+        points_map_m: (n, 3) points in `map`, metres.
+        centre_map_m: (3,) optical centre in `map`, metres.
+        azimuth_rad: Azimuth of the optical axis in `map`.
+        tilt_rad: Its elevation, upward.
+
+    Returns:
+        (n, 3) points, x right, y down, z forward, metres.
+    """
+    offsets: FloatArray = points_map_m - centre_map_m
+    rotated: FloatArray = offsets @ optical_rotation(azimuth_rad, tilt_rad).T
+    return rotated

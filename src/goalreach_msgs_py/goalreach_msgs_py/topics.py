@@ -1,0 +1,61 @@
+"""Names on the wire: topics, services, frames and joints, each written once."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = [
+    'BASE_FRAME',
+    'BUMPERS',
+    'BUMPER_FRAME',
+    'CAMERA_FRAME',
+    'CAMERA_INFO',
+    'CLOCK',
+    'CMD_VEL',
+    'DIAGNOSTICS',
+    'GROUND_TRUTH',
+    'HEAD_COMMAND',
+    'HEAD_JOINTS',
+    'IMAGE',
+    'JOINT_STATES',
+    'LANDMARKS',
+    'MAP_FRAME',
+    'MARKERS',
+    'ODOM',
+    'ODOM_FRAME',
+    'PATH',
+    'PAUSE_SERVICE',
+    'POSE',
+    'Q_TABLE',
+    'RESET_SERVICE',
+    'STATE',
+    'TRANSITION',
+]
+
+CLOCK: Final = '/clock'
+IMAGE: Final = '/camera/image_raw'
+CAMERA_INFO: Final = '/camera/camera_info'
+ODOM: Final = '/odom'
+JOINT_STATES: Final = '/joint_states'
+BUMPERS: Final = '/bumpers'
+GROUND_TRUTH: Final = '/ground_truth/odom'
+MARKERS: Final = '/arena/markers'
+POSE: Final = '/pose'
+LANDMARKS: Final = '/landmarks'
+HEAD_COMMAND: Final = '/head/command'
+STATE: Final = '/state'
+CMD_VEL: Final = '/cmd_vel'
+TRANSITION: Final = '/q_learning/transition'
+Q_TABLE: Final = '/q_learning/q_table'
+PATH: Final = '/path'
+DIAGNOSTICS: Final = '/diagnostics'
+
+RESET_SERVICE: Final = '/nomad200/reset'
+PAUSE_SERVICE: Final = '/nomad200/pause'
+
+MAP_FRAME: Final = 'map'
+ODOM_FRAME: Final = 'odom'
+BASE_FRAME: Final = 'base_link'
+BUMPER_FRAME: Final = 'bumper_link'
+CAMERA_FRAME: Final = 'camera_optical_frame'
+HEAD_JOINTS: Final = ('turret_joint', 'pan_joint', 'tilt_joint')
