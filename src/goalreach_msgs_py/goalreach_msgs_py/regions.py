@@ -9,6 +9,7 @@ are one half; so crisp and fuzzy states agree on which region dominates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+import itertools
 import math
 
 from goalreach_msgs_py.errors import ConfigurationError
@@ -86,7 +87,7 @@ class RegionMap:
         for name in ('x_knots_m', 'y_knots_m'):
             knots = getattr(self, name)
             finite = len(knots) == _KNOTS and all(math.isfinite(k) for k in knots)
-            if not finite or any(b < a for a, b in zip(knots, knots[1:], strict=False)):
+            if not finite or any(b < a for a, b in itertools.pairwise(knots)):
                 raise ConfigurationError(name, knots, 'six ascending finite numbers')
             if not knots[0] < (knots[1] + knots[2]) / 2 < (knots[3] + knots[4]) / 2 < knots[5]:
                 raise ConfigurationError(name, knots, 'knots that leave each region some room')

@@ -1,0 +1,164 @@
+"""How every node of the graph starts, answers, reports and ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+import ctypes
+import os
+import signal
+import sys
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+import rclpy
+from rclpy.exceptions import RCLError
+from rclpy.executors import ExternalShutdownException
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.ros_common_messages import stamp_to_msg
+from goalreach_msgs_py.ros_parameters import warn_of_unknown_parameters
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.topics import DIAGNOSTICS
+
+__all__ = ['LAUNCHER_PID', 'Diagnostics', 'Outbox', 'run_node', 'spin_until_shutdown']
+
+LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
+"""Environment variable by which a launcher asks its nodes to end when it dies."""
+
+_SPIN_S = 0.25
+_DIAGNOSTICS_TICKS = 25
+_STATUS_BAD_CONFIGURATION = 2
+_PR_SET_PDEATHSIG = 1
+
+
+class Outbox:
+    """Publishes the answer to one stamp and can repeat it.
+
+    A simulator in lockstep that hears nothing sends its last tick again; the answer then is
+    repeated, not computed anew, so a lost message costs time and nothing else.
+    """
+
+    def __init__(self) -> None:
+        """Start with nothing sent."""
+        self._stamp_ns: int | None = None
+        self._sent: list[tuple[Publisher[Any], object]] = []
+
+    def open(self, stamp_ns: int) -> bool:
+        """Begin the answer to a stamp; return False where it was only to be repeated."""
+        if stamp_ns == self._stamp_ns:
+            for publisher, message in self._sent:
+                publisher.publish(message)
+            return False
+        self._stamp_ns = stamp_ns
+        self._sent.clear()
+        return True
+
+    def send(self, publisher: Publisher[Any], message: object) -> None:
+        """Publish a message as part of the answer."""
+        self._sent.append((publisher, message))
+        publisher.publish(message)
+
+
+class Diagnostics:
+    """Publishes one status of a node on `/diagnostics`, once in 25 ticks (1 Hz at 25 Hz)."""
+
+    def __init__(self, node: Node) -> None:
+        """Make the publisher."""
+        self._name = node.get_name()
+        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE_QOS)
+        self._ticks = 0
+
+    def tick(
+        self,
+        stamp_ns: int,
+        message: str,
+        values: Callable[[], Mapping[str, object]],
+        *,
+        ok: bool = True,
+    ) -> None:
+        """Count a tick and publish where it is due.
+
+        Args:
+            stamp_ns: Stamp of the tick.
+            message: One line for people.
+            values: Called only where the status is published.
+            ok: False for level WARN.
+        """
+        self._ticks += 1
+        if self._ticks % _DIAGNOSTICS_TICKS != 1:
+            return
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.OK if ok else DiagnosticStatus.WARN,
+            name=self._name,
+            message=message,
+            hardware_id=self._name,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values().items()],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = stamp_to_msg(stamp_ns)
+        self._publisher.publish(array)
+
+
+def spin_until_shutdown(nodes: Sequence[Node]) -> None:
+    """Serve nodes on one executor until the context ends (Ctrl-C, SIGTERM)."""
+    executor = EventsExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    try:
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=_SPIN_S)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        executor.shutdown()
+
+
+def run_node(
+    name: str, make_node: Callable[[], Node], arguments: Sequence[str] | None = None
+) -> int:
+    """Be the `main` of a node's executable.
+
+    Args:
+        name: The node's name, for messages before it exists.
+        make_node: Constructs the node.
+        arguments: Command line, or None for the process's own.
+
+    Returns:
+        Exit status: 0 after a clean end, 2 where the configuration was refused.
+    """
+    _end_with_launcher()
+    node: Node | None = None
+    try:
+        rclpy.init(args=list(sys.argv if arguments is None else arguments))
+        node = make_node()
+        warn_of_unknown_parameters(node)
+        spin_until_shutdown([node])
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except ConfigurationError as error:
+        return _refuse(f'{name}: parameter {error}')
+    except (GoalreachError, RCLError) as error:
+        return _refuse(f'{name}: {error}')
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _refuse(line: str) -> int:
+    sys.stderr.write(line.strip().splitlines()[0] + '\n')
+    return _STATUS_BAD_CONFIGURATION
+
+
+def _end_with_launcher() -> None:
+    """Ask the kernel for SIGTERM when the launcher dies, however it dies (Linux)."""
+    launcher = os.environ.get(LAUNCHER_PID)
+    if launcher is None or not sys.platform.startswith('linux'):
+        return
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if str(os.getppid()) != launcher:
+        raise SystemExit(0)
