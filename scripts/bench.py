@@ -1,0 +1,6 @@
+"""Measure the benchmark tables: `goalreach bench`."""
+
+from _bootstrap import run
+
+if __name__ == '__main__':
+    run('bench')

@@ -1,0 +1,6 @@
+"""Bring up the graph and drive: `goalreach run`."""
+
+from _bootstrap import run
+
+if __name__ == '__main__':
+    run('run')
