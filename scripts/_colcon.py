@@ -8,7 +8,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 PACKAGE_TYPE = '(ros.ament_python)'
 
@@ -39,12 +39,14 @@ class Workspace:
         """Build and install the packages, and check that each node can be started."""
         if not self._run('build', *self._bases()):
             return False, ''
+        executables = self._executables()
         lacking = [
             f'{package}/{name}'
-            for package, name in self._executables()
+            for package, name in executables
             if not (self.scratch / 'install' / package / 'lib' / package / name).is_file()
         ]
-        return not lacking, f'not installed: {lacking}' if lacking else ''
+        note = f'not installed: {lacking}' if lacking else f'{len(executables)} executables'
+        return bool(executables) and not lacking, note
 
     def test(self) -> tuple[bool, str]:
         """Run the packages' tests and check that there were some in each."""
@@ -70,7 +72,7 @@ class Workspace:
 
     def _count(self, package: str) -> int:
         files = (self.scratch / 'results' / package).glob('**/*.xml')
-        suites = [suite for path in files for suite in ElementTree.parse(path).iter('testsuite')]  # noqa: S314
+        suites = [suite for path in files for suite in ET.parse(path).iter('testsuite')]  # noqa: S314
         return sum(int(suite.get('tests', '0')) for suite in suites)
 
     def _bases(self) -> list[str]:
