@@ -1,0 +1,171 @@
+"""The `goal_reaching_controller` node: Q-learning and driving, crisp or fuzzy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Path
+import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64MultiArray
+
+from goalreach_learning.controller import ControllerConfig, GoalReachingController
+from goalreach_learning.mission import MissionConfig, PathOrder
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import read_policy
+from goalreach_learning.ros_placement import RobotPlacement
+from goalreach_learning.training import train
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.regions import region_name
+from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_to_msg
+from goalreach_msgs_py.ros_estimate_messages import state_from_msg
+from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
+from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_node
+from goalreach_msgs_py.ros_parameters import NodeConfig
+from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
+from goalreach_msgs_py.ros_sensor_messages import bumpers_from_msg
+from goalreach_msgs_py.synchronizer import StampSynchronizer
+from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
+from goalreach_msgs_py.values import Pose2, RegionState, Twist2
+
+__all__ = ['GoalReachingControllerNode', 'main']
+
+_NAME = 'goal_reaching_controller'
+_THROTTLE_S = 5.0
+_PATH_TICKS = 25
+_POSE_TICKS = 5
+_STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
+
+
+class GoalReachingControllerNode(Node):
+    """Adapter of one `GoalReachingController`, driving path after path.
+
+    Publishes: `/cmd_vel` with the stamp of the state it answers, `/q_learning/transition`,
+    `/q_learning/q_table` (latched), `/path` (about 1 Hz), `/diagnostics`.
+    Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
+    Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
+    Parameters: the fields of `ControllerConfig` and `MissionConfig`; `mode` may change while it
+    drives.
+    """
+
+    def __init__(self) -> None:
+        """Declare, read or learn the policy, and build."""
+        super().__init__(_NAME)
+        self._mission = NodeConfig(self, MissionConfig).value
+        config = NodeConfig(self, ControllerConfig, live=('mode',), on_change=self._on_config)
+        rng = np.random.default_rng(self._mission.seed)
+        self._controller = GoalReachingController(config.value, self._policy(rng), rng)
+        self._inputs = StampSynchronizer([STATE, BUMPERS])
+        self._outbox = Outbox()
+        self._diagnostics = Diagnostics(self)
+        self._placement = RobotPlacement(self)
+        self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
+        self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, RELIABLE_QOS)
+        self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
+        self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
+        self._q_table.publish(q_table_to_msg(self._controller.policy.q))
+        self._next_path = 0
+        self._driving = False
+        self._finished = False
+        self._busy = False
+        self._trail: list[tuple[int, Pose2]] = []
+        self._ticks = 0
+        self.create_subscription(DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
+        self.create_subscription(LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
+
+    def _policy(self, rng: np.random.Generator) -> Policy:
+        if self._mission.policy:
+            return read_policy(self._mission.policy)
+        self.get_logger().info('no policy given: learning one')
+        return train(Arena(), rng=rng).policy
+
+    def _on_config(self, config: ControllerConfig) -> None:
+        self._controller.config = config
+
+    def _collector(self, topic: str) -> Callable[[Any], None]:
+        def collect(message: Any) -> None:  # noqa: ANN401 - one of the two inputs
+            stamp_ns = stamp_from_msg(message.header.stamp)
+            inputs = self._inputs.add(topic, stamp_ns, message)
+            if inputs is None or self._busy or not self._outbox.open(stamp_ns):
+                return
+            try:
+                state = state_from_msg(inputs[STATE])
+                bumped = any(bumpers_from_msg(inputs[BUMPERS]))
+            except MessageError as error:
+                self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE_S)
+                return
+            self._process(stamp_ns, state, bumped=bumped)
+
+        return collect
+
+    def _process(self, stamp_ns: int, state: RegionState, *, bumped: bool) -> None:
+        if self._finished:
+            self._outbox.send(self._drive, twist_to_msg(_STANDING, stamp_ns))
+            return
+        if not self._driving:
+            self._begin_next_path(stamp_ns)
+            return
+        step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
+        self._report(stamp_ns, state)
+        if step.policy_changed:
+            self._outbox.send(self._q_table, q_table_to_msg(self._controller.policy.q))
+        if step.transition is not None:
+            self._outbox.send(self._transitions, transition_to_msg(step.transition, stamp_ns))
+            if step.transition.outcome is not None:
+                self._begin_next_path(stamp_ns)
+                return
+        self._outbox.send(self._drive, twist_to_msg(step.command, stamp_ns))
+
+    def _begin_next_path(self, stamp_ns: int) -> None:
+        """Start the next path; `/cmd_vel` is answered only when the robot has been placed.
+
+        So a simulator in lockstep, which waits for that answer, is placed between two ticks.
+        """
+        order = PathOrder.number(self._mission, self._next_path)
+
+        def answer() -> None:
+            self._busy = False
+            self._outbox.send(self._drive, twist_to_msg(_STANDING, stamp_ns))
+
+        if order is None:
+            self._finished = self._busy = True
+            self._placement.pause(answer)
+            return
+        self._next_path += 1
+        self._driving = True
+        self._trail.clear()
+        self._controller.begin_path(start=order.start, path=order.path, trial=order.trial)
+        if order.start is None:
+            answer()
+            return
+        self._busy = True
+        self._placement.place(order.start, answer)
+
+    def _report(self, stamp_ns: int, state: RegionState) -> None:
+        self._ticks += 1
+        if self._ticks % _POSE_TICKS == 0:
+            self._trail.append((stamp_ns, state.pose))
+        if self._ticks % _PATH_TICKS == 0:
+            self._outbox.send(self._path, path_to_msg(self._trail, stamp_ns))
+        self._diagnostics.tick(
+            stamp_ns,
+            f'path {self._next_path}',
+            lambda: {
+                'region': region_name(state.region),
+                'mode': self._controller.config.mode,
+                'confidence': state.confidence.value,
+            },
+        )
+
+
+def main() -> None:
+    """Run the node until Ctrl-C or SIGTERM."""
+    raise SystemExit(run_node(_NAME, GoalReachingControllerNode))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,108 @@
+"""The `landmark_localizer` node: from images of the LEDs to a pose, and the head kept on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo, Image, JointState
+
+from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
+from goalreach_msgs_py.ros_estimate_messages import estimate_to_msg, landmarks_to_msg
+from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_node
+from goalreach_msgs_py.ros_parameters import NodeConfig
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros_sensor_messages import (
+    camera_from_msg,
+    head_from_msg,
+    head_to_msg,
+    image_from_msg,
+    odometry_from_msg,
+)
+from goalreach_msgs_py.synchronizer import StampSynchronizer
+from goalreach_msgs_py.topics import (
+    CAMERA_INFO,
+    HEAD_COMMAND,
+    IMAGE,
+    JOINT_STATES,
+    LANDMARKS,
+    ODOM,
+    POSE,
+)
+from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig, LocalizerOutput
+
+__all__ = ['LandmarkLocalizerNode', 'main']
+
+_NAME = 'landmark_localizer'
+_THROTTLE_S = 5.0
+
+
+class LandmarkLocalizerNode(Node):
+    """Adapter of one `LandmarkLocalizer`.
+
+    Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image;
+    `/diagnostics`.
+    Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
+    stamp when all four of it are there.
+    Parameters: the fields of `LocalizerConfig`.
+    """
+
+    def __init__(self) -> None:
+        """Declare and build."""
+        super().__init__(_NAME)
+        self._localizer = LandmarkLocalizer(NodeConfig(self, LocalizerConfig).value)
+        self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
+        self._outbox = Outbox()
+        self._diagnostics = Diagnostics(self)
+        self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
+        self._landmarks = self.create_publisher(PolygonStamped, LANDMARKS, RELIABLE_QOS)
+        self._head = self.create_publisher(JointState, HEAD_COMMAND, RELIABLE_QOS)
+        for message_type, topic, qos in (
+            (Image, IMAGE, SENSOR_QOS),
+            (CameraInfo, CAMERA_INFO, SENSOR_QOS),
+            (JointState, JOINT_STATES, RELIABLE_QOS),
+            (Odometry, ODOM, RELIABLE_QOS),
+        ):
+            self.create_subscription(message_type, topic, self._collector(topic), qos)
+
+    def _collector(self, topic: str) -> Any:  # noqa: ANN401 - a callback of any message type
+        def collect(message: Any) -> None:  # noqa: ANN401 - one of the four inputs
+            stamp_ns = stamp_from_msg(message.header.stamp)
+            inputs = self._inputs.add(topic, stamp_ns, message)
+            if inputs is not None and self._outbox.open(stamp_ns):
+                self._process(stamp_ns, inputs)
+
+        return collect
+
+    def _process(self, stamp_ns: int, inputs: Any) -> None:  # noqa: ANN401 - messages by topic
+        try:
+            output = self._localizer.process(
+                time_ns=stamp_ns,
+                image=image_from_msg(inputs[IMAGE]),
+                camera=camera_from_msg(inputs[CAMERA_INFO]),
+                joints=head_from_msg(inputs[JOINT_STATES]),
+                odometry=odometry_from_msg(inputs[ODOM]),
+            )
+        except MessageError as error:
+            self.get_logger().error(f'input refused: {error}', throttle_duration_sec=_THROTTLE_S)
+            return
+        self._publish(stamp_ns, output)
+
+    def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
+        self._outbox.send(self._pose, estimate_to_msg(output.estimate, stamp_ns))
+        self._outbox.send(self._head, head_to_msg(output.head_command, stamp_ns))
+        self._outbox.send(self._landmarks, landmarks_to_msg(output.landmarks, stamp_ns))
+        self._diagnostics.tick(
+            stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
+        )
+
+
+def main() -> None:
+    """Run the node until Ctrl-C or SIGTERM."""
+    raise SystemExit(run_node(_NAME, LandmarkLocalizerNode))
+
+
+if __name__ == '__main__':
+    main()

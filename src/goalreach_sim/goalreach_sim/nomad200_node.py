@@ -1,0 +1,156 @@
+"""The `nomad200` node: the simulated robot in its arena behind ROS topics."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import TwistStamped
+import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
+
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.region_config import RegionConfig
+from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_from_msg
+from goalreach_msgs_py.ros_node import Diagnostics, run_node
+from goalreach_msgs_py.ros_parameters import NodeConfig
+from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
+from goalreach_msgs_py.ros_sensor_messages import head_from_msg
+from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
+from goalreach_msgs_py.values import Pose2
+from goalreach_sim.ros_frame_publisher import FramePublisher
+from goalreach_sim.ros_lockstep import LockstepClock
+from goalreach_sim.ros_markers import arena_markers
+from goalreach_sim.ros_realtime import RealtimeClock
+from goalreach_sim.simulator import Simulator, SimulatorConfig
+from goalreach_sim.time_config import TimeConfig
+
+__all__ = ['Nomad200Node', 'main']
+
+_NAME = 'nomad200'
+_THROTTLE_S = 5.0
+
+
+class Nomad200Node(Node):
+    """Adapter of one `Simulator`.
+
+    Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
+    `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
+    `/diagnostics`.
+    Subscribes: `/cmd_vel`, `/head/command`.
+    Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
+    Parameters: the fields of `SimulatorConfig`, `RegionConfig` and `TimeConfig`; `start_pose` and `speed` may
+    change while it runs.
+    """
+
+    def __init__(self) -> None:
+        """Declare, build and start the clock."""
+        super().__init__(_NAME)
+        self._config = NodeConfig(self, SimulatorConfig, live=('start_pose',))
+        self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
+        regions = NodeConfig(self, RegionConfig).value
+        config, timing = self._config.value, self._time.value
+        self._simulator = Simulator(config, np.random.default_rng(timing.seed))
+        period_s = self._simulator.period_ns * 1e-9
+        self._frames = FramePublisher(
+            self, body_radius_m=config.body_radius_m, period_s=period_s
+        )
+        self._diagnostics = Diagnostics(self)
+        self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
+        self._markers.publish(arena_markers(config, regions.region_map))
+        self.create_subscription(TwistStamped, CMD_VEL, self._on_drive, RELIABLE_QOS)
+        self.create_subscription(JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
+        self.create_service(Trigger, RESET_SERVICE, self._on_reset)
+        self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
+        self._lockstep: LockstepClock | None = None
+        self._realtime: RealtimeClock | None = None
+        if timing.clock == 'lockstep':
+            self._lockstep = LockstepClock(
+                self, timeout_s=timing.answer_timeout_s, tick=self._tick, repeat=self._repeat
+            )
+        else:
+            self._realtime = RealtimeClock(
+                self, period_s=period_s, speed=timing.speed, tick=self._tick
+            )
+
+    def _tick(self) -> int:
+        self._simulator.advance()
+        frame = self._simulator.sense()
+        self._frames.publish(frame)
+        self._diagnostics.tick(
+            frame.time_ns,
+            'driving',
+            lambda: {'sim_time_s': frame.time_ns * 1e-9, 'bumpers': sum(frame.bumpers)},
+        )
+        return frame.time_ns
+
+    def _repeat(self) -> None:
+        self._frames.repeat(self._simulator.time_ns)
+
+    def _on_drive(self, message: TwistStamped) -> None:
+        try:
+            command = twist_from_msg(message)
+        except MessageError as error:
+            self._complain(CMD_VEL, error)
+            return
+        if self._is_due(CMD_VEL, message):
+            self._simulator.command_drive(command)
+            self._note(CMD_VEL)
+
+    def _on_head(self, message: JointState) -> None:
+        try:
+            target = head_from_msg(message)
+        except MessageError as error:
+            self._complain(HEAD_COMMAND, error)
+            return
+        if self._is_due(HEAD_COMMAND, message):
+            self._simulator.command_head(target)
+            self._note(HEAD_COMMAND)
+
+    def _is_due(self, topic: str, message: TwistStamped | JointState) -> bool:
+        if self._lockstep is None:
+            return True
+        return self._lockstep.accepts(topic, stamp_from_msg(message.header.stamp))
+
+    def _note(self, topic: str) -> None:
+        if self._lockstep is not None:
+            self._lockstep.answered(topic)
+
+    def _complain(self, topic: str, error: MessageError) -> None:
+        self.get_logger().error(f'{topic}: {error}', throttle_duration_sec=_THROTTLE_S)
+
+    def _on_time(self, timing: TimeConfig) -> None:
+        if self._realtime is not None:
+            self._realtime.set_speed(timing.speed)
+
+    def _on_reset(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        x_m, y_m, heading_rad = self._config.value.start_pose
+        try:
+            self._simulator.reset(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+        except ConfigurationError as error:
+            response.message = str(error)
+            return response
+        response.success = True
+        response.message = f'at {x_m:.3f} m, {y_m:.3f} m, {heading_rad:.3f} rad'
+        return response
+
+    def _on_pause(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        clock = self._lockstep or self._realtime
+        if clock is not None:
+            clock.paused = request.data
+        response.success = True
+        response.message = 'paused' if request.data else 'running'
+        return response
+
+
+def main() -> None:
+    """Run the node until Ctrl-C or SIGTERM."""
+    raise SystemExit(run_node(_NAME, Nomad200Node))
+
+
+if __name__ == '__main__':
+    main()

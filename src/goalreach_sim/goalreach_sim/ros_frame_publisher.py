@@ -1,0 +1,80 @@
+"""Publishes one tick of the simulator: clock, sensors and ground truth with one stamp."""
+
+from __future__ import annotations
+
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+
+from goalreach_msgs_py.ros_common_messages import stamp_to_msg
+from goalreach_msgs_py.ros_node import Outbox
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros_sensor_messages import (
+    bumpers_to_msg,
+    camera_to_msg,
+    head_to_msg,
+    image_to_msg,
+    odometry_to_msg,
+)
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CAMERA_INFO,
+    CLOCK,
+    GROUND_TRUTH,
+    IMAGE,
+    JOINT_STATES,
+    MAP_FRAME,
+    ODOM,
+    ODOM_FRAME,
+)
+from goalreach_sim.simulator import SensorFrame
+
+__all__ = ['FramePublisher']
+
+
+class FramePublisher:
+    """The publishers of `nomad200` that send once in a camera period.
+
+    Args:
+        node: The node that publishes.
+        body_radius_m: Radius told by a pressed bumper.
+        period_s: Time between readings.
+    """
+
+    def __init__(self, node: Node, *, body_radius_m: float, period_s: float) -> None:
+        """Make the publishers."""
+        self._body_radius_m = body_radius_m
+        self._period_s = period_s
+        self._outbox = Outbox()
+        self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
+        self._image = node.create_publisher(Image, IMAGE, SENSOR_QOS)
+        self._camera = node.create_publisher(CameraInfo, CAMERA_INFO, SENSOR_QOS)
+        self._odom = node.create_publisher(Odometry, ODOM, RELIABLE_QOS)
+        self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
+        self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
+        self._truth = node.create_publisher(Odometry, GROUND_TRUTH, RELIABLE_QOS)
+
+    def publish(self, frame: SensorFrame) -> None:
+        """Send a frame; the image goes last, since all else is small."""
+        stamp_ns, send = frame.time_ns, self._outbox.send
+        self._outbox.open(stamp_ns)
+        send(self._clock, Clock(clock=stamp_to_msg(stamp_ns)))
+        send(self._truth, odometry_to_msg(frame.truth, stamp_ns, frame_id=MAP_FRAME))
+        send(self._odom, odometry_to_msg(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
+        send(self._joints, head_to_msg(frame.joints, stamp_ns))
+        send(
+            self._bumpers,
+            bumpers_to_msg(
+                frame.bumpers,
+                stamp_ns,
+                body_radius_m=self._body_radius_m,
+                scan_time_s=self._period_s,
+            ),
+        )
+        send(self._camera, camera_to_msg(frame.camera, stamp_ns))
+        send(self._image, image_to_msg(frame.image, stamp_ns))
+
+    def repeat(self, stamp_ns: int) -> None:
+        """Send the last frame again, for those who have not heard it."""
+        self._outbox.open(stamp_ns)

@@ -1,0 +1,155 @@
+"""Lockstep clock of the simulation: a tick only when the last image has been answered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CAMERA_INFO,
+    CMD_VEL,
+    HEAD_COMMAND,
+    IMAGE,
+    JOINT_STATES,
+    ODOM,
+    POSE,
+    STATE,
+)
+
+__all__ = ['LockstepClock']
+
+_POLL_S = 0.1
+_SETTLE_S = 0.3
+_REPEAT_S = 1.0
+_HEARD = (IMAGE, CAMERA_INFO, JOINT_STATES, ODOM, BUMPERS, POSE, STATE)
+_SPOKEN = (HEAD_COMMAND, POSE, STATE, CMD_VEL)
+_ANSWER_OF = {
+    HEAD_COMMAND: 'landmark_localizer',
+    POSE: 'landmark_localizer',
+    STATE: 'state_estimator',
+    CMD_VEL: 'goal_reaching_controller',
+}
+
+
+class LockstepClock:
+    """Ticks when `/cmd_vel` and `/head/command` of the last stamp have arrived.
+
+    The first tick waits until every topic of the loop has both ends. Silence of one second makes
+    the last tick be sent again; after the time limit the node that does not answer is named.
+
+    Args:
+        node: The node whose executor serves the timer.
+        timeout_s: Wall seconds until a silent node is named.
+        tick: Advances and publishes; returns the new stamp, nanoseconds.
+        repeat: Sends the last tick again.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        *,
+        timeout_s: float,
+        tick: Callable[[], int],
+        repeat: Callable[[], None],
+    ) -> None:
+        """Start to wait for the graph."""
+        self._node = node
+        self._timeout_s = timeout_s
+        self._tick = tick
+        self._repeat = repeat
+        self._stamp_ns: int | None = None
+        self._missing: set[str] = set()
+        self._heard: dict[str, int] = {}
+        self._listening = False
+        self._paused = False
+        self._changed_s = self._ticked_s = self._named_s = time.monotonic()
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        node.create_timer(_POLL_S, self._on_timer, clock=steady)
+
+    @property
+    def paused(self) -> bool:
+        """Whether ticks are withheld."""
+        return self._paused
+
+    @paused.setter
+    def paused(self, value: bool) -> None:
+        self._paused = value
+        self._step_if_answered()
+
+    def accepts(self, topic: str, stamp_ns: int) -> bool:
+        """Return whether a command is the awaited answer; what is older or doubled is not."""
+        return stamp_ns == self._stamp_ns and topic in self._missing
+
+    def answered(self, topic: str) -> None:
+        """Note an accepted command; tick when it was the last one missing."""
+        self._missing.discard(topic)
+        self._step_if_answered()
+
+    def _step_if_answered(self) -> None:
+        if self._stamp_ns is not None and not self._missing and not self._paused:
+            self._step()
+
+    def _step(self) -> None:
+        self._missing = {CMD_VEL, HEAD_COMMAND}
+        self._ticked_s = self._named_s = time.monotonic()
+        self._stamp_ns = self._tick()
+
+    def _on_timer(self) -> None:
+        now_s = time.monotonic()
+        if self._stamp_ns is None:
+            self._await_graph(now_s)
+        elif not self._paused and now_s - self._ticked_s > _REPEAT_S:
+            self._listen()
+            self._repeat()
+            if now_s - self._named_s > self._timeout_s:
+                self._name_silent(now_s)
+
+    def _await_graph(self, now_s: float) -> None:
+        silent = [t for t in _SPOKEN if not self._node.count_publishers(t)]
+        deaf = [t for t in _HEARD if not self._node.count_subscribers(t)]
+        if silent or deaf:
+            self._changed_s = now_s
+            if now_s - self._named_s > self._timeout_s:
+                self._named_s = now_s
+                who = ', '.join(sorted({_ANSWER_OF[t] for t in silent})) or ', '.join(deaf)
+                self._node.get_logger().warning(f'lockstep waits for {who}')
+        elif now_s - self._changed_s > _SETTLE_S and not self._paused:
+            self._step()
+
+    def _listen(self) -> None:
+        """Follow the chain between image and command, only once there is silence."""
+        if self._listening:
+            return
+        self._listening = True
+
+        def note_pose(message: PoseWithCovarianceStamped) -> None:
+            self._heard[POSE] = stamp_from_msg(message.header.stamp)
+
+        def note_state(message: DiagnosticArray) -> None:
+            self._heard[STATE] = stamp_from_msg(message.header.stamp)
+
+        create = self._node.create_subscription
+        create(PoseWithCovarianceStamped, POSE, note_pose, RELIABLE_QOS)
+        create(DiagnosticArray, STATE, note_state, RELIABLE_QOS)
+
+    def _name_silent(self, now_s: float) -> None:
+        self._named_s = now_s
+        silent = CMD_VEL
+        for topic in (HEAD_COMMAND, POSE, STATE):
+            if topic in self._missing if topic == HEAD_COMMAND else (
+                self._heard.get(topic) != self._stamp_ns
+            ):
+                silent = topic
+                break
+        waited_s = now_s - self._ticked_s
+        self._node.get_logger().error(
+            f'{_ANSWER_OF[silent]} did not answer on {silent} for {waited_s:.0f} s'
+        )
