@@ -1,0 +1,88 @@
+"""What can be tuned in the controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from goalreach_learning.blending import MODES
+from goalreach_learning.learning_config import LearningConfig
+from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.units import INCH_M, deg
+
+__all__ = ['ControllerConfig']
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerConfig:
+    """How the controller drives and whether it learns on the way.
+
+    Raises:
+        ConfigurationError: A value is out of its range; the field is named.
+    """
+
+    mode: str = parameter('fuzzy', 'How the heading is chosen from the state', choices=MODES)
+    cruise_speed_m_per_s: float = parameter(
+        round(20.0 * INCH_M, 6),
+        'Speed on a straight, m/s (20 in/s, the usual top speed of a Nomad 200)',
+        minimum=0.01,
+        maximum=round(20.0 * INCH_M, 6),
+    )
+    heading_gain_per_s: float = parameter(
+        2.0, 'Steering rate per small heading error, 1/s; chosen', minimum=0.1, maximum=10.0
+    )
+    steering_limit_rad_per_s: float = parameter(
+        deg(60.0),
+        'Largest steering rate, rad/s (60 deg/s, Nomad 200)',
+        minimum=0.05,
+        maximum=deg(60.0),
+    )
+    steering_braking_rad_per_s2: float = parameter(
+        deg(20.0),
+        'Steering deceleration to count on, rad/s^2: two thirds of the 30 deg/s^2 of the Nomad '
+        '200 as its drivers set it, the rest is for the delay of one image; chosen',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    stop_heading_error_rad: float = parameter(
+        deg(60.0),
+        'Heading error from which the robot only turns, rad; it slows smoothly before; chosen',
+        minimum=deg(5.0),
+        maximum=deg(90.0),
+    )
+    align_tolerance_rad: float = parameter(
+        deg(1.0),
+        'Heading error at which turning on the spot ends, rad; chosen',
+        minimum=deg(0.1),
+        maximum=deg(30.0),
+    )
+    region_margin_m: float = parameter(
+        0.04,
+        'How far past a border the estimate must be for the region to count as left, m: three '
+        'times the usual error of the estimate, so that its jitter ends no action; chosen',
+        minimum=0.0,
+        maximum=0.5,
+    )
+    goal_confidence: float = parameter(
+        0.999,
+        'Probability of being in the goal region at which the goal is declared; chosen',
+        minimum=0.5,
+        maximum=1.0,
+    )
+    timeout_s: float = parameter(
+        60.0, 'Time after which a path is given up, s; chosen', minimum=1.0, maximum=3600.0
+    )
+    start_tolerance_m: float = parameter(
+        0.25,
+        'A path begins when the estimate is this near its start, m; chosen',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    learn: bool = parameter(
+        False,
+        'Learn while driving: actions by equation (2), driven as the paper does, one by one',
+    )
+    learning: LearningConfig = field(default_factory=LearningConfig)
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
