@@ -22,6 +22,8 @@ BUMP_REWARD = -1.0
 MAX_GREEDY_OPTIONS = 30
 """Actions after which a greedy path counts as lost; chosen, nine regions need far fewer."""
 
+_DEFAULT = LearningConfig()
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingResult:
@@ -38,7 +40,9 @@ class TrainingResult:
     options: int
 
 
-def train(arena: Arena, config: LearningConfig, rng: np.random.Generator) -> TrainingResult:
+def train(
+    arena: Arena, config: LearningConfig = _DEFAULT, *, rng: np.random.Generator
+) -> TrainingResult:
     """Run a learning phase: `config.trials` trials, each with one path from every start.
 
     Args:
