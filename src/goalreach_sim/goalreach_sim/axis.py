@@ -1,0 +1,148 @@
+"""One motor axis with a trapezoidal velocity profile, exact for any step length.
+
+A command is turned into pieces of constant acceleration; within a piece position and velocity
+are polynomials of time, so a second in one step or in a thousand gives the same state.
+Units are those of the axis: metres or radians.
+"""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ['Axis']
+
+_Piece = tuple[float, float, float]
+"""Duration (s), acceleration, velocity at the end."""
+
+_DONE_S = 1e-12
+"""A piece with less than this left is over: rounding of sums of steps."""
+
+
+class Axis:
+    """An axis that follows velocity commands and relative moves within its limits.
+
+    Attributes:
+        position: Where it stands, metres or radians, without wrapping.
+        velocity: How fast it moves, per second.
+        max_speed: Limit of every velocity command.
+        speed: Cruising speed of relative moves.
+        acceleration: Of every ramp; a change acts from the next command on.
+    """
+
+    def __init__(self, *, max_speed: float, acceleration: float) -> None:
+        self.position = 0.0
+        self.velocity = 0.0
+        self.max_speed = max_speed
+        self.speed = max_speed
+        self.acceleration = acceleration
+        self._plan: list[_Piece] = []
+        self._target = 0.0
+        self._goal: float | None = None
+
+    @property
+    def piece_s(self) -> float:
+        """Time until the acceleration changes next, seconds; infinite in steady motion."""
+        return self._plan[-1][0] if self._plan else math.inf
+
+    @property
+    def piece_acceleration(self) -> float:
+        """Acceleration until then; velocity keeps its sign within a piece."""
+        return self._plan[-1][1] if self._plan else 0.0
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the axis moves or is about to."""
+        return self.velocity != 0.0 or bool(self._plan)
+
+    def place(self, position: float) -> None:
+        """Stand still at a position."""
+        self.position = position
+        self.velocity = self._target = 0.0
+        self._goal = None
+        self._plan = []
+
+    def go(self, velocity: float) -> None:
+        """Ramp to a velocity (clipped to `max_speed`) and keep it."""
+        target = min(max(velocity, -self.max_speed), self.max_speed)
+        if target == self._target and self._goal is None:
+            return
+        self._target = target
+        self._goal = None
+        self._plan = _ramp(self.velocity, target, self.acceleration)
+
+    def move_by(self, distance: float) -> None:
+        """Move by a distance in the shortest time and stop there."""
+        self._goal = self.position + distance
+        self._target = 0.0
+        self._plan = _trapezoid(distance, self.velocity, self.speed, self.acceleration)
+
+    def stall(self) -> None:
+        """Stand still at once, as against a wall; the command stays and will start again."""
+        self.velocity = 0.0
+        if self._goal is None:
+            self._plan = _ramp(0.0, self._target, self.acceleration)
+        else:
+            distance = self._goal - self.position
+            self._plan = _trapezoid(distance, 0.0, self.speed, self.acceleration)
+
+    def advance_piece(self, dt_s: float) -> None:
+        """Go on for a time that is not longer than `piece_s`."""
+        if not self._plan:
+            self.position += self.velocity * dt_s
+            return
+        duration_s, acceleration, end_velocity = self._plan[-1]
+        self.position += (self.velocity + 0.5 * acceleration * dt_s) * dt_s
+        left_s = duration_s - dt_s
+        if left_s > _DONE_S:
+            self.velocity += acceleration * dt_s
+            self._plan[-1] = (left_s, acceleration, end_velocity)
+            return
+        self.velocity = end_velocity
+        self._plan.pop()
+        if not self._plan and self._goal is not None:
+            self.position, self._goal = self._goal, None
+
+    def advance(self, dt_s: float) -> None:
+        """Go on for any time."""
+        if self.velocity == 0.0 and not self._plan:
+            return
+        while dt_s > _DONE_S:
+            step_s = min(dt_s, self.piece_s)
+            self.advance_piece(step_s)
+            dt_s -= step_s
+
+
+def _ramp(velocity: float, target: float, acceleration: float) -> list[_Piece]:
+    """Return the pieces, last first, that lead from one velocity to another."""
+    pieces: list[_Piece] = []
+    if velocity * target < 0.0:
+        pieces = [(abs(target) / acceleration, math.copysign(acceleration, target), target)]
+        target = 0.0
+    if velocity != target:
+        change = target - velocity
+        pieces.append((abs(change) / acceleration, math.copysign(acceleration, change), target))
+    return pieces
+
+
+def _trapezoid(
+    distance: float, velocity: float, speed: float, acceleration: float
+) -> list[_Piece]:
+    """Return the pieces, last first, of the quickest move over a distance that ends at rest."""
+    stopping = velocity * abs(velocity) / (2.0 * acceleration)
+    sign = math.copysign(1.0, distance - stopping)
+    pieces: list[_Piece] = []
+    if sign * velocity < 0.0:
+        pieces.append((abs(velocity) / acceleration, sign * acceleration, 0.0))
+        distance, velocity = distance - stopping, 0.0
+    distance, velocity = sign * distance, sign * velocity
+    if velocity > speed:
+        pieces.append(((velocity - speed) / acceleration, -sign * acceleration, sign * speed))
+        distance -= (velocity * velocity - speed * speed) / (2.0 * acceleration)
+        velocity = speed
+    peak = min(speed, math.sqrt(max(acceleration * distance + velocity * velocity / 2.0, 0.0)))
+    if peak > 0.0:
+        ramps = (2.0 * peak * peak - velocity * velocity) / (2.0 * acceleration)
+        pieces.append(((peak - velocity) / acceleration, sign * acceleration, sign * peak))
+        pieces.append(((distance - ramps) / peak, 0.0, sign * peak))
+        pieces.append((peak / acceleration, -sign * acceleration, 0.0))
+    return [piece for piece in reversed(pieces) if piece[0] > _DONE_S]

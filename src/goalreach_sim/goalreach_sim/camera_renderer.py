@@ -1,0 +1,136 @@
+"""What the camera sees: LED spots on a dark, noisy image."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import FloatArray
+from goalreach_sim.camera_config import OpticsConfig
+from goalreach_sim.led import emission, emission_axes, emission_exponent
+from goalreach_sim.spot import add_light, pixel_shares, spot_window
+
+__all__ = ['CameraRenderer', 'real_lens']
+
+_SPARE_NOISE = 1 << 17
+"""How much longer than an image the noise bank is, pixels; chosen."""
+
+_SPURIOUS_RANGE_M = (1.0, 6.0)
+"""A spurious light is as bright as an LED somewhere in this range; chosen."""
+
+_SPURIOUS_DRAWS = 4
+
+
+class CameraRenderer:
+    """Renders mono8 images of the LEDs.
+
+    An LED is a Gaussian spot, integrated over each pixel, whose sum of grey values falls with the
+    square of the range and with the angle to the LED's axis, whose width is that of the lens and
+    of the LED's own disc, and which saturates at 255. Read noise comes from a bank drawn once
+    and read from a random place for each image.
+
+    Args:
+        camera: The real lens (not what calibration says).
+        landmarks_m: (n, 3) real places of the LEDs in `map`.
+        arena_size_m: Arena size along x and y.
+        optics: Light and grey values.
+        noise: Read noise, spot width, dropouts, spurious lights.
+        rng: Of the noise in the pixels.
+        event_rng: Of dropouts and spurious lights.
+    """
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        landmarks_m: FloatArray,
+        arena_size_m: tuple[float, float],
+        *,
+        optics: OpticsConfig,
+        noise: NoiseModel,
+        rng: np.random.Generator,
+        event_rng: np.random.Generator,
+    ) -> None:
+        self._camera = camera
+        self._landmarks_m = landmarks_m
+        self._axes = emission_axes(landmarks_m, *arena_size_m)
+        self._exponent = emission_exponent(optics.led_half_angle_rad)
+        self._optics = optics
+        self._noise = noise
+        self._rng = rng
+        self._event_rng = event_rng
+        self._shape = (camera.height_px, camera.width_px)
+        self._size = camera.height_px * camera.width_px
+        bank = rng.standard_normal(self._size + _SPARE_NOISE, dtype=np.float32)
+        bank *= noise.read_noise_dn
+        bank += optics.dark_offset_dn
+        self._bank = np.clip(np.rint(bank), 0.0, 255.0).astype(np.uint8)
+
+    def render(
+        self, centre_m: FloatArray, azimuth_rad: float, tilt_rad: float
+    ) -> NDArray[np.uint8]:
+        """Return a new image (height, width).
+
+        Args:
+            centre_m: (3,) optical centre in `map`.
+            azimuth_rad: Azimuth of the optical axis in `map`.
+            tilt_rad: Its elevation, upward.
+        """
+        offset = int(self._rng.integers(_SPARE_NOISE))
+        image: NDArray[np.uint8] = self._bank[offset : offset + self._size].copy()
+        image = image.reshape(self._shape)
+        points_m = points_in_camera(self._landmarks_m, centre_m, azimuth_rad, tilt_rad)
+        pixels = self._camera.project(points_m).tolist()
+        to_camera = centre_m - self._landmarks_m
+        along = np.einsum('ij,ij->i', to_camera, self._axes).tolist()
+        squares = np.einsum('ij,ij->i', to_camera, to_camera).tolist()
+        events = self._event_rng.random(len(pixels) + _SPURIOUS_DRAWS).tolist()
+        for (u_px, v_px), along_m, square, chance in zip(
+            pixels, along, squares, events, strict=False
+        ):
+            if chance < self._noise.dropout_probability or math.isnan(u_px):
+                continue
+            range_m = math.sqrt(square)
+            strength = emission(along_m / range_m, self._exponent)
+            self._add_spot(image, u_px, v_px, range_m, strength)
+        self._add_spurious(image, *events[len(pixels) :])
+        return image
+
+    def _add_spot(
+        self, image: NDArray[np.uint8], u_px: float, v_px: float, range_m: float, strength: float
+    ) -> None:
+        flux_dn = self._optics.led_flux_dn * strength / (range_m * range_m)
+        disc_px = self._camera.fx_px * self._optics.led_radius_m / range_m
+        # A uniform disc has a quarter of its squared radius as the variance along each axis.
+        sigma_px = math.sqrt(self._noise.spot_sigma_px**2 + 0.25 * disc_px * disc_px)
+        rows, columns = spot_window(u_px, v_px, sigma_px, flux_dn, self._shape)
+        if rows.start >= rows.stop:
+            return
+        across = pixel_shares(u_px, sigma_px, columns.start, columns.stop)
+        down = pixel_shares(v_px, sigma_px, rows.start, rows.stop)
+        light_dn: FloatArray = np.multiply.outer(flux_dn * down, across)
+        if self._optics.shot_noise > 0.0:
+            noise = self._rng.standard_normal(light_dn.shape)
+            light_dn += self._optics.shot_noise * np.sqrt(light_dn) * noise
+        add_light(image[rows, columns], light_dn)
+
+    def _add_spurious(
+        self, image: NDArray[np.uint8], chance: float, across: float, down: float, near: float
+    ) -> None:
+        if chance >= self._noise.spurious_probability:
+            return
+        low_m, high_m = _SPURIOUS_RANGE_M
+        u_px = across * self._camera.width_px - 0.5
+        v_px = down * self._camera.height_px - 0.5
+        self._add_spot(image, u_px, v_px, low_m + near * (high_m - low_m), 1.0)
+
+
+def real_lens(calibrated: PinholeCamera, focal_scale: float) -> PinholeCamera:
+    """Return the lens behind a calibration whose focal length is wrong by a factor."""
+    return dataclasses.replace(
+        calibrated, fx_px=calibrated.fx_px * focal_scale, fy_px=calibrated.fy_px * focal_scale
+    )

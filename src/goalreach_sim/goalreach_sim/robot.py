@@ -1,0 +1,243 @@
+"""The mobile base: three axes, a synchro drive, bumpers, wheel encoders and a watchdog.
+
+In a synchro drive all wheels steer together: steering turns the drive heading, not the base, and
+thus neither the bumpers nor the turret. Angles of axes are measured against the base:
+
+    heading = base_yaw + steering.position          (base_link)
+    turret axis = base_yaw + turret.position        (turret_link)
+
+so the turret's joint, seen from base_link, is turret.position - steering.position. Wheel slip
+turns the base slowly while the robot drives; the encoders do not see it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from goalreach_msgs_py.angles import wrap_angle
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.values import Odometry, Pose2, Twist2
+from goalreach_sim.axis import Axis
+from goalreach_sim.bumpers import pressed_bumpers
+from goalreach_sim.contact import TOUCH_M, Walls, first_crossing
+from goalreach_sim.drive_config import DriveConfig
+from goalreach_sim.odometry import WheelOdometry
+from goalreach_sim.path_integral import Motion, displacement, quarter_turn_time
+
+__all__ = ['Robot']
+
+_NOTHING_S = 1e-12
+"""Less time than this is none: rounding of sums of steps."""
+
+
+class Robot:
+    """A synchro-drive robot among walls; its motion is exact for any step length.
+
+    The robot stops dead where its body first touches a wall. Against a touched wall it stands
+    still, its wheels blocked, for as long as the drive heading (or its reverse, backing) has a
+    component into the wall; along the wall and away from it, it moves freely.
+
+    Args:
+        config: Limits of the axes.
+        walls: What it may run into.
+        watchdog_s: Translation and steering ramp to rest when no drive command came for so long.
+        odometry_scale: Distance by the encoders over distance driven.
+        drift_rad_per_m: Turn of the base per metre driven, forwards or backwards.
+
+    Attributes:
+        translation: Axis whose position is the distance driven, metres.
+        steering: Axis of the wheels, measured against the base, radians.
+        turret: Axis of the turret, measured against the base, radians.
+        base_yaw_rad: Orientation of the base and its bumpers in `map`.
+        x_m: True centre in `map`.
+        y_m: True centre in `map`.
+    """
+
+    def __init__(
+        self,
+        config: DriveConfig,
+        walls: Walls,
+        *,
+        watchdog_s: float,
+        odometry_scale: float = 1.0,
+        drift_rad_per_m: float = 0.0,
+    ) -> None:
+        self.translation = Axis(
+            max_speed=config.translation_speed_m_per_s,
+            acceleration=config.translation_acceleration_m_per_s2,
+        )
+        self.steering = Axis(
+            max_speed=config.steering_speed_rad_per_s,
+            acceleration=config.steering_acceleration_rad_per_s2,
+        )
+        self.turret = Axis(
+            max_speed=config.turret_speed_rad_per_s,
+            acceleration=config.turret_acceleration_rad_per_s2,
+        )
+        self.watchdog_s = watchdog_s
+        self.walls = walls
+        self._odometry = WheelOdometry(odometry_scale)
+        self._drift_rad_per_m = drift_rad_per_m
+        self._watchdog_left_s = math.inf
+        self.x_m = self.y_m = self.base_yaw_rad = 0.0
+
+    def place(self, start: Pose2) -> None:
+        """Stand at a pose, all axes at zero; odometry starts there.
+
+        Raises:
+            ConfigurationError: The body would overlap a wall.
+        """
+        clearance_m = self.walls.clearance_m(start.x_m, start.y_m)
+        if not clearance_m >= -TOUCH_M or not math.isfinite(start.heading_rad):
+            point = (start.x_m, start.y_m, start.heading_rad)
+            raise ConfigurationError('start_pose', point, 'a finite pose on the free floor')
+        for axis in (self.translation, self.steering, self.turret):
+            axis.place(0.0)
+        self._watchdog_left_s = math.inf
+        self.x_m, self.y_m = self.walls.clamp(start.x_m, start.y_m)
+        self.base_yaw_rad = start.heading_rad
+        self.define_odometry(start)
+
+    def define_odometry(self, pose: Pose2) -> None:
+        """Let the encoders count from a pose; the robot does not move."""
+        self._odometry.define(pose, self.steering.position)
+
+    def feed_watchdog(self) -> None:
+        """Note that a drive command came now."""
+        self._watchdog_left_s = self.watchdog_s
+
+    def drive(self, command: Twist2) -> None:
+        """Take velocities (clipped to the limits) and feed the watchdog."""
+        self.feed_watchdog()
+        self.translation.go(float(command.linear_m_per_s))
+        self.steering.go(float(command.steering_rad_per_s))
+
+    @property
+    def heading_rad(self) -> float:
+        """True drive heading in `map`, not wrapped."""
+        return self.base_yaw_rad + self.steering.position
+
+    @property
+    def turret_joint_rad(self) -> float:
+        """The turret seen from base_link (the drive heading), in (-pi, pi]."""
+        return wrap_angle(self.turret.position - self.steering.position)
+
+    @property
+    def truth(self) -> Odometry:
+        """True pose and velocity, in `map`."""
+        pose = Pose2(x_m=self.x_m, y_m=self.y_m, heading_rad=wrap_angle(self.heading_rad))
+        return Odometry(pose=pose, twist=self._twist(1.0))
+
+    @property
+    def odometry(self) -> Odometry:
+        """Pose and velocity by the encoders, in `odom`."""
+        pose = self._odometry.pose(self.steering.position)
+        return Odometry(pose=pose, twist=self._twist(self._odometry.scale))
+
+    def _twist(self, scale: float) -> Twist2:
+        return Twist2(
+            linear_m_per_s=scale * self.translation.velocity,
+            steering_rad_per_s=self.steering.velocity,
+        )
+
+    @property
+    def bumpers(self) -> tuple[bool, ...]:
+        """The 20 tactile sensors; sensor i sits at 18 i degrees on the base."""
+        return pressed_bumpers(
+            self.walls.touch_directions_rad(self.x_m, self.y_m), self.base_yaw_rad
+        )
+
+    def advance(self, dt_s: float) -> None:
+        """Let time pass."""
+        self.turret.advance(dt_s)
+        left_s = dt_s
+        while left_s > _NOTHING_S:
+            step_s = self._advance_piece(min(left_s, self._watchdog_left_s))
+            left_s -= step_s
+            self._watchdog_left_s -= step_s
+            if self._watchdog_left_s <= _NOTHING_S:
+                self._watchdog_left_s = math.inf
+                self.translation.go(0.0)
+                self.steering.go(0.0)
+
+    def _advance_piece(self, limit_s: float) -> float:
+        """Go on while all accelerations are constant; return for how long that was."""
+        limit_s = min(limit_s, self.steering.piece_s)
+        translation = self.translation
+        speed, acceleration = translation.velocity, translation.piece_acceleration
+        if speed == 0.0 and acceleration == 0.0:
+            self.steering.advance_piece(limit_s)
+            return limit_s
+        step_s = min(limit_s, translation.piece_s)
+        reach_m = abs(speed + 0.5 * acceleration * step_s) * step_s
+        if self.walls.clearance_m(self.x_m, self.y_m) > reach_m:
+            self._roll(step_s)
+            return step_s
+        return self._advance_near_wall(limit_s, step_s)
+
+    def _advance_near_wall(self, limit_s: float, step_s: float) -> float:
+        """Go on until a wall, a change of quadrant or the end of the piece."""
+        motion = self._true_motion()
+        step_s = quarter_turn_time(motion, step_s)
+        if not self._is_blocked(motion, step_s):
+            if self.walls.clearance_m(*self._position(motion, step_s)) >= -TOUCH_M:
+                self._roll(step_s)
+                return step_s
+            touch_s = first_crossing(
+                lambda t: self.walls.clearance_m(*self._position(motion, t)), step_s
+            )
+            if touch_s > _NOTHING_S:
+                self._roll(touch_s)
+                self.translation.stall()
+                return touch_s
+        self.translation.stall()
+        step_s = quarter_turn_time(self._wheel_motion(), limit_s)
+        self.steering.advance_piece(step_s)
+        return step_s
+
+    def _is_blocked(self, motion: Motion, step_s: float) -> bool:
+        """Return whether a touched wall stops the motion of this piece, judged at its middle."""
+        middle_s = 0.5 * step_s
+        turn_rad_per_s = motion.turn_rad_per_s + 0.5 * motion.turn_rad_per_s2 * middle_s
+        middle_rad = motion.heading_rad + turn_rad_per_s * middle_s
+        sign = math.copysign(1.0, motion.speed_m_per_s or motion.acceleration_m_per_s2)
+        return self.walls.blocks(
+            self.x_m, self.y_m, sign * math.cos(middle_rad), sign * math.sin(middle_rad)
+        )
+
+    def _position(self, motion: Motion, dt_s: float) -> tuple[float, float]:
+        dx_m, dy_m = displacement(motion, dt_s)
+        return self.x_m + dx_m, self.y_m + dy_m
+
+    def _wheel_motion(self) -> Motion:
+        """Return the present piece of motion as the wheels do it on the base."""
+        translation, steering = self.translation, self.steering
+        return Motion(
+            steering.position,
+            steering.velocity,
+            steering.piece_acceleration,
+            translation.velocity,
+            translation.piece_acceleration,
+        )
+
+    def _true_motion(self) -> Motion:
+        """Return the same in `map`, where slip adds to the turning rate."""
+        steering_rad, turn, turn_change, speed, acceleration = self._wheel_motion()
+        slip = math.copysign(1.0, speed or acceleration) * self._drift_rad_per_m
+        return Motion(
+            self.base_yaw_rad + steering_rad,
+            turn + slip * speed,
+            turn_change + slip * acceleration,
+            speed,
+            acceleration,
+        )
+
+    def _roll(self, dt_s: float) -> None:
+        """Move on unhindered within a piece, and count it with the encoders."""
+        motion = self._true_motion()
+        self.x_m, self.y_m = self.walls.clamp(*self._position(motion, dt_s))
+        self._odometry.count(self._wheel_motion(), dt_s)
+        mean_m_per_s = motion.speed_m_per_s + 0.5 * motion.acceleration_m_per_s2 * dt_s
+        self.base_yaw_rad += self._drift_rad_per_m * abs(mean_m_per_s) * dt_s
+        self.translation.advance_piece(dt_s)
+        self.steering.advance_piece(dt_s)

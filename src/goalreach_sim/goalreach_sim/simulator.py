@@ -1,0 +1,173 @@
+"""The simulated Nomad 200 in its arena, one camera period at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.angles import angle_difference
+from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth
+from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
+from goalreach_sim.camera_renderer import CameraRenderer, real_lens
+from goalreach_sim.contact import Walls
+from goalreach_sim.head import PanTiltHead
+from goalreach_sim.robot import Robot
+from goalreach_sim.run_errors import draw_run_errors
+from goalreach_sim.simulator_config import SimulatorConfig
+
+__all__ = ['SensorFrame', 'Simulator', 'SimulatorConfig']
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SensorFrame:
+    """All that is sensed at one moment.
+
+    Attributes:
+        time_ns: The robot's clock.
+        image: (height, width) grey values, a fresh array.
+        camera: The camera as calibrated; the real lens differs by the drawn focal error.
+        joints: Turret, pan and tilt as their encoders read them.
+        odometry: What the wheel encoders say, in `odom`.
+        bumpers: 20 flags; sensor i sits at 18 i degrees on the base.
+        truth: True pose and velocity in `map`; for evaluation and display only.
+        truth_head: True angles of the camera's carriers.
+        truth_base_yaw_rad: True orientation of the base, which carries the bumpers, in `map`.
+        base_yaw_rad: The same by the encoders: in `odom`.
+    """
+
+    time_ns: int
+    image: NDArray[np.uint8]
+    camera: PinholeCamera
+    joints: HeadAngles
+    odometry: Odometry
+    bumpers: tuple[bool, ...]
+    truth: Odometry
+    truth_head: HeadAngles
+    truth_base_yaw_rad: float
+    base_yaw_rad: float
+
+
+class Simulator:
+    """Robot, sensors and clock. The same seed and the same calls give the same frames.
+
+    What is wrong with this robot and set-up (LED places, camera height, focal length, pan and
+    tilt bias, odometry scale and drift) is drawn once. Errors of the run, pixels, dropouts and
+    spurious lights, and encoders have generators of their own, so that none of them shifts
+    another's draws.
+
+    Args:
+        config: Robot, arena and the size of the errors.
+        rng: Parent of the four generators.
+    """
+
+    def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
+        run_rng, pixel_rng, event_rng, encoder_rng = rng.spawn(4)
+        landmarks_m = config.landmark_array_m
+        errors = draw_run_errors(config.noise, len(landmarks_m), run_rng)
+        self.config = config
+        self.robot = Robot(
+            config.drive,
+            Walls(
+                width_m=config.arena_width_m,
+                length_m=config.arena_length_m,
+                body_radius_m=config.body_radius_m,
+            ),
+            watchdog_s=config.watchdog_s,
+            odometry_scale=errors.odometry_scale,
+            drift_rad_per_m=errors.drift_rad_per_m,
+        )
+        self.head = PanTiltHead(
+            config.head,
+            noise_rad=config.noise.pan_tilt_noise_rad,
+            pan_bias_rad=errors.pan_bias_rad,
+            tilt_bias_rad=errors.tilt_bias_rad,
+            rng=encoder_rng,
+        )
+        self._camera = config.calibrated_camera
+        self._renderer = CameraRenderer(
+            real_lens(self._camera, errors.focal_scale),
+            landmarks_m + errors.landmark_offsets_m,
+            (config.arena_width_m, config.arena_length_m),
+            optics=config.optics,
+            noise=config.noise,
+            rng=pixel_rng,
+            event_rng=event_rng,
+        )
+        self._camera_height_m = config.camera_height_m + errors.camera_height_m
+        self._time_ns = 0
+        self._period_ns = config.period_ns
+        self.reset(config.start)
+
+    @property
+    def time_ns(self) -> int:
+        """The robot's clock, nanoseconds; it never goes back, not even over a reset."""
+        return self._time_ns
+
+    @property
+    def period_ns(self) -> int:
+        """One camera period, nanoseconds."""
+        return self._period_ns
+
+    def reset(self, start: Pose2) -> None:
+        """Put the robot at a pose, standing, its head straight; odometry starts there.
+
+        The errors of the run stay as they were drawn, and the clock goes on.
+
+        Raises:
+            ConfigurationError: The body would overlap a wall.
+        """
+        self.robot.place(start)
+        self.head.place()
+
+    def command_drive(self, command: Twist2) -> None:
+        """Take velocities, clipped to the limits; feeds the watchdog."""
+        self.robot.drive(command)
+
+    def command_head(self, target: HeadAngles) -> None:
+        """Take targets of the three joints, the turret's relative to base_link as of now.
+
+        The turret goes there by the shortest turn and then keeps its place on the base: it does
+        not follow the steering.
+        """
+        robot = self.robot
+        robot.turret.move_by(angle_difference(target.turret_rad, robot.turret_joint_rad))
+        self.head.go_to(target.pan_rad, target.tilt_rad)
+
+    def advance(self) -> None:
+        """Let one camera period pass."""
+        dt_s = self._period_ns * 1e-9
+        self.robot.advance(dt_s)
+        self.head.advance(dt_s)
+        self._time_ns += self._period_ns
+
+    def sense(self) -> SensorFrame:
+        """Read every sensor now."""
+        robot = self.robot
+        turret_rad = robot.turret_joint_rad
+        pan_rad, tilt_rad = self.head.true_angles_rad
+        truth_head = HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
+        pan_reading_rad, tilt_reading_rad = self.head.read()
+        truth = robot.truth
+        return SensorFrame(
+            time_ns=self._time_ns,
+            image=self._renderer.render(
+                np.array([robot.x_m, robot.y_m, self._camera_height_m]),
+                camera_azimuth(robot.heading_rad, truth_head),
+                tilt_rad,
+            ),
+            camera=self._camera,
+            joints=HeadAngles(
+                turret_rad=turret_rad, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad
+            ),
+            odometry=robot.odometry,
+            bumpers=robot.bumpers,
+            truth=truth,
+            truth_head=truth_head,
+            truth_base_yaw_rad=robot.base_yaw_rad,
+            base_yaw_rad=math.remainder(
+                robot.odometry.pose.heading_rad - robot.steering.position, math.tau
+            ),
+        )
