@@ -1,0 +1,212 @@
+"""The set-up as a user meets it: real processes, real virtual environments, no network."""
+
+from collections.abc import Callable
+import importlib.util
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+import venv as stdlib_venv
+
+import pytest
+
+from _environment import DEPENDENCIES, ROOT
+from _install import SetupError
+import _venv
+from _venv import MARKER_NAME, UNFINISHED, State, Venv, build_tools
+from small_clone import Clone, finish, place_package
+
+needs_venv = pytest.mark.skipif(
+    importlib.util.find_spec('ensurepip') is None, reason='this Python cannot make environments'
+)
+
+
+@needs_venv
+def test_two_first_starts_at_once_make_one_environment(clone: Clone) -> None:
+    first = clone.start('--trials', '3')
+    second = clone.start(LD_LIBRARY_PATH='/a', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
+    outcomes = [finish(first), finish(second)]
+
+    assert [outcome.status for outcome in outcomes] == [0, 0]
+    assert outcomes[0].said['arguments'] == ['train', '--trials', '3']
+    assert [outcome.said['prefix'] for outcome in outcomes] == [str(clone.venv)] * 2
+    assert set(outcomes[1].said['variables'].values()) == {None}
+    errors = outcomes[0].err + outcomes[1].err
+    assert errors.count('setting up /') == 1
+    assert errors.count('waiting for it') == 1
+    assert re.findall(r'(\d)/5 ', errors) == ['1', '2', '3', '4', '5']
+
+    again = clone.run('fail')
+    assert (again.status, again.err) == (3, '')
+
+
+@needs_venv
+def test_lock_that_cannot_be_satisfied_leaves_nothing(clone: Clone) -> None:
+    with clone.lock.open('a') as lock:
+        lock.write('no-such-wheel==1.0 --hash=sha256:' + 64 * '0' + '\n')
+
+    outcome = clone.run()
+
+    assert (outcome.status, outcome.out) == (1, '')
+    assert 'No matching distribution found for no-such-wheel' in outcome.err
+    assert 'start the same command again' in outcome.err
+    assert not list(clone.root.glob('.venv*'))
+
+
+@needs_venv
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_set_up_leaves_nothing(clone: Clone, number: signal.Signals) -> None:
+    clone.venv.mkdir()
+    (clone.venv / MARKER_NAME).write_text(UNFINISHED)  # as after SIGKILL
+    (clone.venv / 'leftover').touch()
+    child = clone.start()
+    assert child.stderr is not None
+    started = [child.stderr.readline(), child.stderr.readline()]
+    assert '1/5 virtual environment' in started[1]
+    assert not (clone.venv / 'leftover').exists()
+
+    child.send_signal(number)
+    outcome = finish(child)
+
+    assert (outcome.status, outcome.out) == (128 + number, '')
+    assert f'interrupted by {number.name}' in outcome.err
+    assert not list(clone.root.glob('.venv*'))
+
+
+def test_foreign_environment_is_left_alone(clone: Clone) -> None:
+    clone.venv.mkdir()
+    (clone.venv / 'precious').touch()
+
+    outcome = clone.run()
+
+    assert (outcome.status, outcome.out) == (1, '')
+    assert re.fullmatch(r'goalreach: .* was not made by these scripts .*\n', outcome.err)
+    assert (clone.venv / 'precious').exists()
+
+
+def test_foreign_environment_with_goalreach_is_used(clone: Clone) -> None:
+    stdlib_venv.create(clone.venv, symlinks=True)
+    (site,) = clone.venv.glob('lib/python3*/site-packages')
+    place_package(site / 'rclpy')
+    (site / 'goalreach.pth').write_text(str(clone.root / 'src' / 'goalreach_bringup'))
+
+    outcome = clone.run()
+
+    assert (outcome.status, outcome.err) == (0, '')
+    assert outcome.said['prefix'] == str(clone.venv)
+
+
+def test_sourced_workspace_is_used_as_it_is(clone: Clone, tmp_path: Path) -> None:
+    for name in ['rclpy', *(module.partition('.')[0] for module in DEPENDENCIES)]:
+        place_package(tmp_path / 'opt' / name)
+    place_package(tmp_path / 'opt' / 'rosbags' / 'rosbag2')
+
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+
+    folder = str(clone.root / 'src' / 'goalreach_bringup')
+    assert (outcome.status, outcome.err) == (0, '')
+    assert outcome.said['first'] == folder
+    assert outcome.said['variables']['PYTHONPATH'] == f'{folder}:{tmp_path / "opt"}'
+    assert not clone.venv.exists()
+
+
+def test_sourced_workspace_without_a_dependency_says_which(clone: Clone, tmp_path: Path) -> None:
+    for name in ('rclpy', 'cv2', 'matplotlib', 'numpy', 'yaml'):
+        place_package(tmp_path / 'opt' / name)
+
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+
+    assert outcome.status == 1
+    assert re.fullmatch(r'goalreach: .*lacks rich rosbags: .*\n', outcome.err)
+
+
+def test_sourced_workspace_of_another_python_says_so(clone: Clone, tmp_path: Path) -> None:
+    place_package(tmp_path / 'opt' / 'rclpy', 'raise ImportError')
+
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+
+    assert outcome.status == 1
+    assert re.fullmatch(r'goalreach: the rclpy on the path cannot be .*\n', outcome.err)
+
+
+def test_old_python_gets_one_line(clone: Clone) -> None:
+    code = f"""
+import runpy, sys
+sys.version_info = (3, 9, 0)
+sys.path.insert(0, {str(clone.root / 'scripts')!r})
+runpy.run_path({str(clone.root / 'scripts' / 'train.py')!r}, run_name='__main__')
+"""
+    done = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=False
+    )
+
+    assert done.returncode == 1
+    assert re.fullmatch(r'goalreach needs Python 3.10 or newer, .*\n', done.stderr)
+
+
+@pytest.mark.parametrize(
+    ('prepare', 'state'),
+    [
+        (lambda _: None, State.ABSENT),
+        (Path.mkdir, State.INCOMPLETE),
+        (Path.touch, State.FOREIGN),
+        (lambda path: path.symlink_to('nowhere'), State.FOREIGN),
+    ],
+)
+def test_what_is_found_where_the_environment_belongs(
+    tmp_path: Path, prepare: Callable[[Path], None], state: State
+) -> None:
+    prepare(tmp_path / '.venv')
+
+    assert Venv(tmp_path).state() is state
+
+
+def test_python_without_venv_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_venv, '_answers', lambda _, code: 'ensurepip' not in code)
+
+    with pytest.raises(SetupError, match='sudo apt install python3-venv'):
+        _venv._base_python()
+
+
+def test_machine_without_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('platform.machine', lambda: 'aarch64')
+
+    with pytest.raises(SetupError, match='source a ROS 2 Jazzy workspace'):
+        _venv._base_python()
+
+
+def test_python_newer_than_the_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_venv, 'SUPPORTED_MINORS', (1,))
+
+    with pytest.raises(SetupError, match='none of them is here'):
+        _venv._base_python()
+
+
+def test_lock_has_hashes_and_no_addresses() -> None:
+    text = (ROOT / 'requirements.lock').read_text()
+    entries = re.findall(r'^[a-z0-9].*(?:\n +.*)*', text, flags=re.MULTILINE)
+
+    assert len(entries) > 100
+    assert all(' --hash=sha256:' in entry for entry in entries)
+    assert not re.search(r'://|@|--index|--find-links|^#', text, flags=re.MULTILINE)
+    assert build_tools(text).count('==') == 2
+
+
+def test_dependencies_are_those_of_the_distribution() -> None:
+    text = (ROOT / 'pyproject.toml').read_text()
+    (declared,) = re.findall(r'^dependencies = \[(.*?)^\]', text, flags=re.DOTALL | re.MULTILINE)
+    names = {name for name in re.findall(r"'(.*)'", declared) if not name.startswith('ros-')}
+
+    assert set(DEPENDENCIES.values()) == names
+
+
+def test_every_script_names_a_command() -> None:
+    commands = {
+        path.name: re.findall(r"^    run\('(\w+)'\)$", path.read_text(), flags=re.MULTILINE)
+        for path in (ROOT / 'scripts').glob('[a-z]*.py')
+    }
+    assert commands.pop('run_tests.py') == []
+    assert commands.pop('run_stack.py') == ['run']
+    assert commands == {f'{name}.py': [name] for (name,) in commands.values()}
+    assert len(commands) == 8
