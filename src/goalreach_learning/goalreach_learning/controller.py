@@ -229,9 +229,9 @@ class GoalReachingController:
         transition, changed = self._finish_action(state)
         if self._action is None:
             self._action = self._choose(state)
-        if self._action is not None and self._one_by_one:
-            self._head_for(ACTION_HEADINGS_RAD[self._action.index])
-        elif not self._one_by_one:
+        if self._one_by_one:
+            self._head_for(self._action_heading(state))
+        else:
             blended = blend_heading(self.config.mode, state.mu_x, state.mu_y, self._policy)
             self._heading_rad = self._heading_rad if blended is None else blended
         return ControlStep(
@@ -265,14 +265,30 @@ class GoalReachingController:
             return _Action(region=state.region, index=index, temperature=temperature)
         action = self._policy.greedy_action(state.region)
         if action is None:
-            # The goal, not yet for sure, or a region never visited: ask the nearest that knows.
-            found = votes('crisp', state.mu_x, state.mu_y, self._policy)
-            if not found:
-                return None
-            action = found[0].action
+            action = self._neighbour_action(state)
+        if action is None:
+            return None
         return _Action(region=state.region, index=action, temperature=0.0)
 
-    def _head_for(self, heading_rad: float) -> None:
+    def _neighbour_action(self, state: RegionState) -> int | None:
+        """Return the action of the weightiest cell that has one, or None where none votes."""
+        found = votes('crisp', state.mu_x, state.mu_y, self._policy)
+        return found[0].action if found else None
+
+    def _action_heading(self, state: RegionState) -> float | None:
+        """Return the heading of the action under way.
+
+        Inside the goal but not yet sure of it, a greedy robot does as the neighbour it might
+        still be in: one that came in along the goal's edge turns further in, not into the wall.
+        """
+        if self._action is None:
+            return self._heading_rad
+        index: int | None = self._action.index
+        if not self.config.learn and state.region == self._policy.regions.goal:
+            index = self._neighbour_action(state)
+        return self._heading_rad if index is None else ACTION_HEADINGS_RAD[index]
+
+    def _head_for(self, heading_rad: float | None) -> None:
         """Take a new heading; the robot stops and turns where it differs from the last."""
         if heading_rad != self._heading_rad:
             self._heading_rad = heading_rad
