@@ -12,14 +12,12 @@ import math
 
 import numpy as np
 
-from goalreach_learning.actions import ACTION_HEADINGS_RAD, nearest_action
-from goalreach_learning.blending import blend_heading, votes
+from goalreach_learning.actions import nearest_action
+from goalreach_learning.behaviour import Behaviour, Option
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
-from goalreach_learning.q_learning import QLearner
-from goalreach_learning.steering import cruise_fraction, steering_rate
-from goalreach_msgs_py.angles import angle_difference
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_learning.rewards import reward_of
+from goalreach_learning.steering import STANDING, HeadingFollower
 from goalreach_msgs_py.values import (
     Confidence,
     PathOutcome,
@@ -30,10 +28,8 @@ from goalreach_msgs_py.values import (
     Twist2,
 )
 
-__all__ = ['ControlStep', 'ControllerConfig', 'GoalReachingController', 'settled_region']
+__all__ = ['ControlStep', 'ControllerConfig', 'GoalReachingController']
 
-STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
-_REWARDS = {PathOutcome.GOAL: 1.0, PathOutcome.BUMP: -1.0, PathOutcome.TIMEOUT: 0.0}
 _NS_PER_S = 1e9
 
 
@@ -55,42 +51,13 @@ class ControlStep:
     policy_changed: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Action:
-    """The action under way: where and how it was chosen."""
-
-    region: Region
-    index: int
-    temperature: float
-
-
-def settled_region(
-    current: Region, state: RegionState, regions: RegionMap, margin_m: float
-) -> Region:
-    """Return the region after a state: the current one until the estimate is clearly out of it.
-
-    An estimate jitters across a border that the robot has just crossed, or drives along; the
-    margin keeps the region from flickering.
-
-    Args:
-        current: The region so far.
-        state: The new state.
-        regions: The region map.
-        margin_m: How far outside the current region the estimate must be, metres.
-    """
-    if state.region == current:
-        return current
-    x_low, y_low, x_high, y_high = regions.bounds(current)
-    outside_x = max(x_low - state.pose.x_m, state.pose.x_m - x_high)
-    outside_y = max(y_low - state.pose.y_m, state.pose.y_m - y_high)
-    return state.region if max(outside_x, outside_y) >= margin_m else current
-
-
 class GoalReachingController:
     """Drives path after path; learns on the way if told to.
 
     With `config.learn` the actions are chosen by equation (2) and driven one by one as in
     `crisp` mode, whatever the mode, and every finished action is learned from by equation (1).
+    The goal is declared only when it is sure enough; a state that is uncertain or old makes the
+    robot stand and wait.
 
     Args:
         config: What can be tuned.
@@ -100,27 +67,24 @@ class GoalReachingController:
 
     def __init__(self, config: ControllerConfig, policy: Policy, rng: np.random.Generator) -> None:
         """Stand idle until a path begins."""
-        self.config = config
-        self._rng = rng
-        self._policy = policy
-        self._learner = QLearner(config.learning, policy.regions, policy)
-        self._start: Pose2 | None = None
-        self._path = self._trial = 0
-        self._idle = True
-        self._reset_path()
+        self._behaviour = Behaviour(config, policy, rng)
         self._last: tuple[int, ControlStep] | None = None
-
-    def _reset_path(self) -> None:
-        self._driving = False
-        self._aligned = False
-        self._began_ns: int | None = None
-        self._action: _Action | None = None
-        self._heading_rad: float | None = None
+        self.begin_path(start=None, path=0, trial=0)
+        self._idle = True
 
     @property
     def policy(self) -> Policy:
         """What is known now."""
-        return self._policy
+        return self._behaviour.policy
+
+    @property
+    def config(self) -> ControllerConfig:
+        """What can be tuned; a new one counts from the next step on."""
+        return self._behaviour.config
+
+    @config.setter
+    def config(self, config: ControllerConfig) -> None:
+        self._behaviour.config = config
 
     def begin_path(self, *, start: Pose2 | None, path: int, trial: int) -> None:
         """Begin a path: wait for a good state near its start, then drive.
@@ -131,8 +95,10 @@ class GoalReachingController:
             trial: Number of the trial, from 0; it sets the temperature.
         """
         self._start, self._path, self._trial = start, path, trial
-        self._idle = False
-        self._reset_path()
+        self._idle = self._driving = False
+        self._began_ns: int | None = None
+        self._option: Option | None = None
+        self._follower = HeadingFollower()
 
     def step(self, *, time_ns: int, state: RegionState, bumped: bool) -> ControlStep:
         """Answer a state.
@@ -157,11 +123,11 @@ class GoalReachingController:
         sure = state.confidence is Confidence.OK
         if not self._driving and sure and self._near_start(state.pose):
             self._driving = True
-        outcome = self._outcome(time_ns, state, bumped=bumped)
+        outcome = self._outcome(time_ns - self._began_ns, state, bumped=bumped)
         if outcome is not None:
             return self._end(state, outcome)
         if not (self._driving and sure):
-            return ControlStep(command=STANDING, heading_rad=self._heading_rad)
+            return ControlStep(command=STANDING, heading_rad=self._follower.heading_rad)
         return self._drive(state)
 
     def _near_start(self, pose: Pose2) -> bool:
@@ -170,144 +136,70 @@ class GoalReachingController:
         distance_m = math.hypot(pose.x_m - self._start.x_m, pose.y_m - self._start.y_m)
         return distance_m <= self.config.start_tolerance_m
 
-    def _outcome(self, time_ns: int, state: RegionState, *, bumped: bool) -> PathOutcome | None:
+    def _outcome(self, elapsed_ns: int, state: RegionState, *, bumped: bool) -> PathOutcome | None:
         if self._driving and bumped:
             return PathOutcome.BUMP
         sure = self._driving and state.confidence is Confidence.OK
         if sure and state.goal_probability >= self.config.goal_confidence:
             return PathOutcome.GOAL
-        began_ns = time_ns if self._began_ns is None else self._began_ns
-        if time_ns - began_ns >= self.config.timeout_s * _NS_PER_S:
+        if elapsed_ns >= self.config.timeout_s * _NS_PER_S:
             return PathOutcome.TIMEOUT
         return None
 
     def _end(self, state: RegionState, outcome: PathOutcome) -> ControlStep:
-        """Finish the path; a time-out is cut off, not learned from."""
+        """Finish the path; an action that the time-out cut off teaches nothing."""
         self._idle = True
-        next_region = self._policy.regions.goal if outcome is PathOutcome.GOAL else state.region
-        if self._action is None:
-            heading_rad = state.pose.heading_rad
-            action = _Action(region=state.region, index=nearest_action(heading_rad), temperature=0)
-            learn = False
-        else:
-            action, learn = self._action, outcome is not PathOutcome.TIMEOUT
-        transition = self._transition(action, next_region, outcome)
+        goal = self.policy.regions.goal
+        option, teaches = self._option, outcome is not PathOutcome.TIMEOUT
+        if option is None:  # it ended before anything was chosen
+            heading = nearest_action(state.pose.heading_rad)
+            option, teaches = Option(region=state.region, action=heading, temperature=0.0), False
+        next_region = goal if outcome is PathOutcome.GOAL else state.region
+        transition = self._transition(option, next_region, outcome)
         return ControlStep(
             command=STANDING,
             transition=transition,
-            policy_changed=learn and self._learn(transition),
+            policy_changed=teaches and self._behaviour.learn(transition),
         )
 
     def _transition(
-        self, action: _Action, next_region: Region, outcome: PathOutcome | None
+        self, option: Option, next_region: Region, outcome: PathOutcome | None
     ) -> Transition:
         return Transition(
-            state=action.region,
-            action=action.index,
-            reward=0.0 if outcome is None else _REWARDS[outcome],
+            state=option.region,
+            action=option.action,
+            reward=reward_of(outcome),
             next_state=next_region,
-            temperature=action.temperature,
+            temperature=option.temperature,
             trial=self._trial,
             path=self._path,
             outcome=outcome,
         )
 
-    def _learn(self, transition: Transition) -> bool:
-        if not self.config.learn:
-            return False
-        self._learner.update(
-            transition.state,
-            transition.action,
-            transition.reward,
-            transition.next_state,
-            terminal=transition.outcome is not None,
-        )
-        self._policy = self._learner.policy()
-        return True
-
     def _drive(self, state: RegionState) -> ControlStep:
-        transition, changed = self._finish_action(state)
-        if self._action is None:
-            self._action = self._choose(state)
-        if self._one_by_one:
-            self._head_for(self._action_heading(state))
-        else:
-            blended = blend_heading(self.config.mode, state.mu_x, state.mu_y, self._policy)
-            self._heading_rad = self._heading_rad if blended is None else blended
+        transition, changed = self._finish_option(state), False
+        if transition is not None:
+            changed = self._behaviour.learn(transition)
+        if self._option is None:
+            self._option = self._behaviour.choose(state, self._trial)
+        heading_rad = self._behaviour.heading(self._option, state)
+        if heading_rad is not None and self._behaviour.one_by_one:
+            self._follower.turn_to(heading_rad)
+        elif heading_rad is not None:
+            self._follower.bend_to(heading_rad)
         return ControlStep(
-            command=self._command(state.pose),
-            heading_rad=self._heading_rad,
+            command=self._follower.command(state.pose, self.config),
+            heading_rad=self._follower.heading_rad,
             transition=transition,
             policy_changed=changed,
         )
 
-    @property
-    def _one_by_one(self) -> bool:
-        """Whether actions are driven one by one, as the paper's options."""
-        return self.config.learn or self.config.mode == 'crisp'
-
-    def _finish_action(self, state: RegionState) -> tuple[Transition | None, bool]:
-        """End the action when its region is left; one that entered the goal goes on until sure."""
-        if self._action is None:
-            return None, False
-        regions = self._policy.regions
-        region = settled_region(self._action.region, state, regions, self.config.region_margin_m)
-        if region in (self._action.region, regions.goal):
-            return None, False
-        transition = self._transition(self._action, region, None)
-        self._action = None
-        return transition, self._learn(transition)
-
-    def _choose(self, state: RegionState) -> _Action | None:
-        if self.config.learn:
-            temperature = self.config.learning.temperature(self._trial)
-            index = self._learner.choose(state.region, temperature, self._rng.random())
-            return _Action(region=state.region, index=index, temperature=temperature)
-        action = self._policy.greedy_action(state.region)
-        if action is None:
-            action = self._neighbour_action(state)
-        if action is None:
+    def _finish_option(self, state: RegionState) -> Transition | None:
+        if self._option is None:
             return None
-        return _Action(region=state.region, index=action, temperature=0.0)
-
-    def _neighbour_action(self, state: RegionState) -> int | None:
-        """Return the action of the weightiest cell that has one, or None where none votes."""
-        found = votes('crisp', state.mu_x, state.mu_y, self._policy)
-        return found[0].action if found else None
-
-    def _action_heading(self, state: RegionState) -> float | None:
-        """Return the heading of the action under way.
-
-        Inside the goal but not yet sure of it, a greedy robot does as the neighbour it might
-        still be in: one that came in along the goal's edge turns further in, not into the wall.
-        """
-        if self._action is None:
-            return self._heading_rad
-        index: int | None = self._action.index
-        if not self.config.learn and state.region == self._policy.regions.goal:
-            index = self._neighbour_action(state)
-        return self._heading_rad if index is None else ACTION_HEADINGS_RAD[index]
-
-    def _head_for(self, heading_rad: float | None) -> None:
-        """Take a new heading; the robot stops and turns where it differs from the last."""
-        if heading_rad != self._heading_rad:
-            self._heading_rad = heading_rad
-            self._aligned = False
-
-    def _command(self, pose: Pose2) -> Twist2:
-        if self._heading_rad is None:
-            return STANDING
-        config = self.config
-        error_rad = angle_difference(self._heading_rad, pose.heading_rad)
-        if abs(error_rad) <= config.align_tolerance_rad:
-            self._aligned = True
-        fraction = cruise_fraction(error_rad, config.stop_heading_error_rad)
-        return Twist2(
-            linear_m_per_s=config.cruise_speed_m_per_s * fraction if self._aligned else 0.0,
-            steering_rad_per_s=steering_rate(
-                error_rad,
-                gain_per_s=config.heading_gain_per_s,
-                limit_rad_per_s=config.steering_limit_rad_per_s,
-                braking_rad_per_s2=config.steering_braking_rad_per_s2,
-            ),
-        )
+        region = self._behaviour.region_after(self._option, state)
+        if region is None:
+            return None
+        transition = self._transition(self._option, region, None)
+        self._option = None
+        return transition

@@ -1,10 +1,16 @@
-"""From a heading error to speed and steering rate, within what the drive can do."""
+"""From a heading to speed and steering rate, within what the drive can do."""
 
 from __future__ import annotations
 
 import math
 
-__all__ = ['cruise_fraction', 'steering_rate']
+from goalreach_learning.controller_config import ControllerConfig
+from goalreach_msgs_py.angles import angle_difference
+from goalreach_msgs_py.values import Pose2, Twist2
+
+__all__ = ['STANDING', 'HeadingFollower', 'cruise_fraction', 'steering_rate']
+
+STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
 def steering_rate(
@@ -39,7 +45,53 @@ def cruise_fraction(error_rad: float, stop_error_rad: float) -> float:
 
     Args:
         error_rad: Heading error, radians.
-        stop_error_rad: Error at which the robot turns on the spot, radians.
+        stop_error_rad: Error from which the robot only turns, radians.
     """
     stop = math.cos(stop_error_rad)
     return max(0.0, (math.cos(error_rad) - stop) / (1.0 - stop))
+
+
+class HeadingFollower:
+    """Turns on the spot to the first heading, then follows where it goes on the move.
+
+    Attributes:
+        heading_rad: Heading that is followed, radians in `map`, or None before the first.
+    """
+
+    def __init__(self) -> None:
+        """Follow nothing."""
+        self.heading_rad: float | None = None
+        self._aligned = False
+
+    def turn_to(self, heading_rad: float) -> None:
+        """Take a heading; where it differs from the last the robot stops and turns to it."""
+        if heading_rad != self.heading_rad:
+            self.heading_rad = heading_rad
+            self._aligned = False
+
+    def bend_to(self, heading_rad: float) -> None:
+        """Take a heading; the robot goes on driving, slower the farther it is off."""
+        self.heading_rad = heading_rad
+
+    def command(self, pose: Pose2, config: ControllerConfig) -> Twist2:
+        """Return the velocities that follow the heading from a pose.
+
+        Args:
+            pose: The estimated pose.
+            config: Speeds, gain and tolerances.
+        """
+        if self.heading_rad is None:
+            return STANDING
+        error_rad = angle_difference(self.heading_rad, pose.heading_rad)
+        if abs(error_rad) <= config.align_tolerance_rad:
+            self._aligned = True
+        fraction = cruise_fraction(error_rad, config.stop_heading_error_rad)
+        return Twist2(
+            linear_m_per_s=config.cruise_speed_m_per_s * fraction if self._aligned else 0.0,
+            steering_rad_per_s=steering_rate(
+                error_rad,
+                gain_per_s=config.heading_gain_per_s,
+                limit_rad_per_s=config.steering_limit_rad_per_s,
+                braking_rad_per_s2=config.steering_braking_rad_per_s2,
+            ),
+        )

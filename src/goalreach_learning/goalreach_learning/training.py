@@ -10,14 +10,11 @@ from goalreach_learning.environment import OptionEnvironment
 from goalreach_learning.learning_config import LearningConfig
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import QLearner
+from goalreach_learning.rewards import BUMP_REWARD, GOAL_REWARD
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import Pose2
 
 __all__ = ['LearningConfig', 'TrainingResult', 'greedy_successes', 'train']
-
-GOAL_REWARD = 1.0
-BUMP_REWARD = -1.0
-"""Rewards of section "The Action Set and Q-learning"; every other transition earns 0."""
 
 MAX_GREEDY_OPTIONS = 30
 """Actions after which a greedy path counts as lost; chosen, nine regions need far fewer."""

@@ -1,0 +1,145 @@
+"""What to do in a state: the choice of actions, their end, their heading, and learning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from goalreach_learning.actions import ACTION_HEADINGS_RAD
+from goalreach_learning.blending import blend_heading, votes
+from goalreach_learning.controller_config import ControllerConfig
+from goalreach_learning.policy import Policy
+from goalreach_learning.q_learning import QLearner
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import Region, RegionState, Transition
+
+__all__ = ['Behaviour', 'Option', 'settled_region']
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """An action under way, which lasts until its region is left.
+
+    Attributes:
+        region: Region in which it was chosen.
+        action: Its index.
+        temperature: Boltzmann temperature of the choice; 0 where greedy.
+    """
+
+    region: Region
+    action: int
+    temperature: float
+
+
+def settled_region(
+    current: Region, state: RegionState, regions: RegionMap, margin_m: float
+) -> Region:
+    """Return the region after a state: the current one until the estimate is clearly out of it.
+
+    An estimate jitters across a border that the robot has just crossed, or drives along; the
+    margin keeps the region from flickering.
+
+    Args:
+        current: The region so far.
+        state: The new state.
+        regions: The region map.
+        margin_m: How far outside the current region the estimate must be, metres.
+    """
+    if state.region == current:
+        return current
+    x_low, y_low, x_high, y_high = regions.bounds(current)
+    outside_x = max(x_low - state.pose.x_m, state.pose.x_m - x_high)
+    outside_y = max(y_low - state.pose.y_m, state.pose.y_m - y_high)
+    return state.region if max(outside_x, outside_y) >= margin_m else current
+
+
+class Behaviour:
+    """The learned mapping from states to actions, at work.
+
+    Args:
+        config: What can be tuned; may be replaced at any time.
+        policy: What is known at the start.
+        rng: Source of the chance in equation (2).
+
+    Attributes:
+        config: As given.
+        policy: What is known now.
+    """
+
+    def __init__(self, config: ControllerConfig, policy: Policy, rng: np.random.Generator) -> None:
+        """Take over what the policy knows."""
+        self.config = config
+        self.policy = policy
+        self._rng = rng
+        self._learner = QLearner(config.learning, policy.regions, policy)
+
+    @property
+    def one_by_one(self) -> bool:
+        """Whether actions are driven one by one, as the paper's options."""
+        return self.config.learn or self.config.mode == 'crisp'
+
+    def choose(self, state: RegionState, trial: int) -> Option | None:
+        """Return the action to begin, or None where nothing is known and nothing is to be tried.
+
+        Args:
+            state: Where the robot is.
+            trial: Number of the trial, from 0; it sets the temperature of a learner.
+        """
+        if self.config.learn:
+            temperature = self.config.learning.temperature(trial)
+            action = self._learner.choose(state.region, temperature, self._rng.random())
+            return Option(region=state.region, action=action, temperature=temperature)
+        greedy = self.policy.greedy_action(state.region)
+        if greedy is None:
+            greedy = self._neighbour_action(state)
+        if greedy is None:
+            return None
+        return Option(region=state.region, action=greedy, temperature=0.0)
+
+    def _neighbour_action(self, state: RegionState) -> int | None:
+        """Return the action of the weightiest cell that has one, or None where none votes."""
+        found = votes('crisp', state.mu_x, state.mu_y, self.policy)
+        return found[0].action if found else None
+
+    def region_after(self, option: Option, state: RegionState) -> Region | None:
+        """Return the region in which the option ended, or None while it goes on.
+
+        One that entered the goal goes on: its end is the goal's declaration, not the region's.
+        """
+        regions = self.policy.regions
+        region = settled_region(option.region, state, regions, self.config.region_margin_m)
+        return None if region in (option.region, regions.goal) else region
+
+    def heading(self, option: Option | None, state: RegionState) -> float | None:
+        """Return the heading to drive, radians in `map`, or None where the last one stays.
+
+        Inside the goal but not yet sure of it, a greedy robot does as the neighbour it might
+        still be in: one that came in along the goal's edge turns further in, not into the wall.
+
+        Args:
+            option: The action under way.
+            state: Where the robot is.
+        """
+        if not self.one_by_one:
+            return blend_heading(self.config.mode, state.mu_x, state.mu_y, self.policy)
+        if option is None:
+            return None
+        action: int | None = option.action
+        if not self.config.learn and state.region == self.policy.regions.goal:
+            action = self._neighbour_action(state)
+        return None if action is None else ACTION_HEADINGS_RAD[action]
+
+    def learn(self, transition: Transition) -> bool:
+        """Learn from a finished action by equation (1), if told to; return whether it was."""
+        if not self.config.learn:
+            return False
+        self._learner.update(
+            transition.state,
+            transition.action,
+            transition.reward,
+            transition.next_state,
+            terminal=transition.outcome is not None,
+        )
+        self.policy = self._learner.policy()
+        return True
