@@ -1,0 +1,11 @@
+"""What a user of `ros2` can get wrong."""
+
+from __future__ import annotations
+
+from goalreach_msgs_py.errors import GoalreachError
+
+__all__ = ['CommandError']
+
+
+class CommandError(GoalreachError):
+    """A topic, node, type, value or service that is not there or does not fit."""

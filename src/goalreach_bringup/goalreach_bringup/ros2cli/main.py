@@ -1,0 +1,81 @@
+"""The `ros2` command line: its commands, and how they end."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from typing import Final
+
+from goalreach_msgs_py.errors import GoalreachError
+
+__all__ = ['COMMANDS', 'main']
+
+COMMANDS: Final = {
+    'node': 'Various node related sub-commands',
+    'param': 'Various param related sub-commands',
+    'service': 'Various service related sub-commands',
+    'topic': 'Various topic related sub-commands',
+}
+"""Command: what it is for. The verbs are in the module `ros_<command>`."""
+
+_TERMINATED: Final = 143
+
+
+def main(arguments: list[str]) -> int:
+    """Run one `ros2` command.
+
+    Args:
+        arguments: What follows `ros2`, such as `['topic', 'list']`.
+
+    Returns:
+        The exit status: 0; 1 after one line on stderr; 143 after SIGTERM.
+
+    Raises:
+        BrokenPipeError: Nobody reads the output any more.
+        KeyboardInterrupt: After Ctrl-C.
+        SystemExit: After `--help`, and with status 2 for a command line that cannot be read.
+    """
+    # Must be there before the first message is imported: wrong types raise in place of
+    # going out as other numbers.
+    os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
+    parser = _parser(arguments)
+    args = parser.parse_args(arguments)
+    if not hasattr(args, 'run'):
+        parser.print_help()
+        return 0
+    return _run(args)
+
+
+def _parser(arguments: list[str]) -> argparse.ArgumentParser:
+    """Return the parser, with the verbs of the one command that is asked for.
+
+    The others are left out because they import ROS.
+    """
+    parser = argparse.ArgumentParser(
+        prog='ros2',
+        description='ros2 is an extensible command-line tool for ROS 2. This is the part of it '
+        'that comes with goalreach; the real one is used wherever it is on the PATH.',
+    )
+    commands = parser.add_subparsers(title='Commands', metavar='COMMAND')
+    for name, summary in COMMANDS.items():
+        command = commands.add_parser(name, help=summary, description=summary)
+        if name in arguments[:1]:
+            module = importlib.import_module(f'goalreach_bringup.ros2cli.ros_{name}')
+            module.add_verbs(command)
+    return parser
+
+
+def _run(args: argparse.Namespace) -> int:
+    from rclpy.executors import ExternalShutdownException
+
+    try:
+        args.run(args)
+        sys.stdout.flush()
+    except GoalreachError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except ExternalShutdownException:
+        return _TERMINATED
+    return 0

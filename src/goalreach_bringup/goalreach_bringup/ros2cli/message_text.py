@@ -1,0 +1,149 @@
+"""Messages as the text that `ros2 topic echo` prints: YAML, or comma-separated values."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Iterable
+from dataclasses import dataclass
+import re
+import sys
+from typing import Any
+
+import numpy as np
+import yaml
+
+__all__ = ['TextOptions', 'message_to_csv', 'message_to_yaml']
+
+_SEQUENCE = re.compile(r'sequence<(?P<of>.+?)(?:, (?P<bound>\d+))?>$')
+_ARRAY = re.compile(r'(?P<of>.+)\[(?P<size>\d+)\]$')
+_BOUNDED_STRING = re.compile(r'(w?string)<\d+>$')
+_SEQUENCES = (list, tuple, array.array, np.ndarray)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextOptions:
+    """How much of a message is written.
+
+    Attributes:
+        truncate_length: Elements of an array and characters of a string that are written before
+            `...` stands for the others; None writes all.
+        no_arr: Write the type and the length of an array in place of its elements.
+        no_str: Write the length of a string in place of the string.
+        flow_style: Write YAML in one line with braces (YAML only).
+    """
+
+    truncate_length: int | None = None
+    no_arr: bool = False
+    no_str: bool = False
+    flow_style: bool = False
+
+
+def message_to_yaml(message: object, options: TextOptions) -> str:
+    r"""Return the message as YAML, with its fields in the order of their definition.
+
+    Bytes become text, character by character, as ROS writes the type `byte`.
+
+    Example:
+        >>> from std_msgs.msg import Float64
+        >>> message_to_yaml(Float64(data=1.5), TextOptions())
+        'data: 1.5\n'
+    """
+    text: str = yaml.dump(
+        _plain_message(message, options),
+        allow_unicode=True,
+        default_flow_style=options.flow_style,
+        sort_keys=False,
+        width=sys.maxsize,
+    )
+    return text
+
+
+def message_to_csv(message: Any, options: TextOptions) -> str:  # noqa: ANN401 - no common base
+    """Return the values of all fields, nested ones too, separated by commas."""
+    fields = message.get_fields_and_field_types()
+    return _join(_csv(getattr(message, name), kind, options) for name, kind in fields.items())
+
+
+def _plain_message(message: Any, options: TextOptions) -> dict[str, object]:  # noqa: ANN401
+    fields = message.get_fields_and_field_types()
+    return {name: _plain(getattr(message, name), kind, options) for name, kind in fields.items()}
+
+
+def _plain(value: Any, kind: str | None, options: TextOptions) -> object:  # noqa: ANN401
+    """Return the value made of dicts, lists, strings, numbers and booleans alone.
+
+    Args:
+        value: A field of a message, or an element of one.
+        kind: The ROS type of the field; None for an element.
+        options: What is left out.
+    """
+    if isinstance(value, bytes):
+        return _cut(value.decode('latin-1'), options)
+    if isinstance(value, str):
+        return _string(value, options)
+    if isinstance(value, _SEQUENCES):
+        if options.no_arr and kind is not None:
+            return _describe(kind, len(value))
+        shown, dots = _truncate(value, options)
+        return [*(_plain(element, None, options) for element in shown), *dots]
+    if isinstance(value, (bool, int, float)):
+        return value
+    return _plain_message(value, options)
+
+
+def _csv(value: Any, kind: str | None, options: TextOptions) -> str:  # noqa: ANN401
+    if isinstance(value, _SEQUENCES):
+        if options.no_arr and kind is not None:
+            return _describe(kind, len(value))
+        shown, dots = _truncate(value, options)
+        return _join([*(_csv(element, None, options) for element in shown), *dots])
+    if isinstance(value, str):
+        return _string(value, options)
+    if isinstance(value, (bytes, bool, int, float)):
+        return str(value)
+    return message_to_csv(value, options)
+
+
+def _join(values: Iterable[str]) -> str:
+    """Return the values with commas between them.
+
+    As in ros2cli, empty values at the beginning leave no commas.
+    """
+    text = ''
+    for value in values:
+        text += f',{value}' if text else value
+    return text
+
+
+def _truncate(value: Any, options: TextOptions) -> tuple[list[Any], list[str]]:  # noqa: ANN401
+    """Return the elements that are shown, and what stands for the others."""
+    shown = value[: options.truncate_length]
+    return shown.tolist() if hasattr(shown, 'tolist') else shown, (
+        ['...'] if len(shown) < len(value) else []
+    )
+
+
+def _string(text: str, options: TextOptions) -> str:
+    return f'<string length: <{len(text)}>>' if options.no_str else _cut(text, options)
+
+
+def _cut(text: str, options: TextOptions) -> str:
+    shown = text[: options.truncate_length]
+    return shown if len(shown) == len(text) else f'{shown}...'
+
+
+def _describe(kind: str, length: int) -> str:
+    """Return what stands for an array, such as `<sequence type: double, length: 3>`."""
+    if match := _ARRAY.match(kind):
+        return f'<array type: {_element_name(match["of"])}[{match["size"]}]>'
+    if match := _SEQUENCE.match(kind):
+        bound = f'[{match["bound"]}]' if match['bound'] else ''
+        return f'<sequence type: {_element_name(match["of"])}{bound}, length: {length}>'
+    return 'unknown'
+
+
+def _element_name(kind: str) -> str:
+    """Return the full name of an element's type: `package/Name` becomes `package/msg/Name`."""
+    if match := _BOUNDED_STRING.match(kind):
+        return match[1]
+    return kind.replace('/', '/msg/')
