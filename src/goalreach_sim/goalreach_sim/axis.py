@@ -74,7 +74,7 @@ class Axis:
         """Move by a distance in the shortest time and stop there."""
         self._goal = self.position + distance
         self._target = 0.0
-        self._plan = _trapezoid(distance, self.velocity, self.speed, self.acceleration)
+        self._plan_move(distance)
 
     def stall(self) -> None:
         """Stand still at once, as against a wall; the command stays and will start again."""
@@ -82,8 +82,13 @@ class Axis:
         if self._goal is None:
             self._plan = _ramp(0.0, self._target, self.acceleration)
         else:
-            distance = self._goal - self.position
-            self._plan = _trapezoid(distance, 0.0, self.speed, self.acceleration)
+            self._plan_move(self._goal - self.position)
+
+    def _plan_move(self, distance: float) -> None:
+        self._plan = _trapezoid(distance, self.velocity, self.speed, self.acceleration)
+        if not self._plan:
+            self.velocity = 0.0
+            self._goal = None
 
     def advance_piece(self, dt_s: float) -> None:
         """Go on for a time that is not longer than `piece_s`."""

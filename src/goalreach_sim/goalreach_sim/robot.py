@@ -191,7 +191,8 @@ class Robot:
                 self.translation.stall()
                 return touch_s
         self.translation.stall()
-        step_s = quarter_turn_time(self._wheel_motion(), limit_s)
+        turning = self._wheel_motion()._replace(heading_rad=self.heading_rad)
+        step_s = quarter_turn_time(turning, limit_s)
         self.steering.advance_piece(step_s)
         return step_s
 

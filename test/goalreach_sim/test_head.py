@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from goalreach_sim.drive_config import HeadConfig
+from goalreach_sim.head import PanTiltHead
+
+
+def make_head(noise_rad: float, resolution_rad: float = 0.0) -> PanTiltHead:
+    config = HeadConfig(rate_rad_per_s=1.0, encoder_resolution_rad=resolution_rad)
+    return PanTiltHead(
+        config,
+        noise_rad=noise_rad,
+        pan_bias_rad=0.01,
+        tilt_bias_rad=-0.02,
+        rng=np.random.default_rng(3),
+    )
+
+
+def test_camera_looks_away_from_its_encoders_by_the_bias() -> None:
+    head = make_head(0.0)
+    head.go_to(0.5, 0.25)
+    head.advance(0.3)
+    assert head.read() == pytest.approx((0.3, 0.25), abs=1e-15)
+    assert head.true_angles_rad == pytest.approx((0.31, 0.23), abs=1e-15)
+
+
+def test_ranges_of_the_paper() -> None:
+    head = make_head(0.0)
+    head.go_to(9.0, 9.0)
+    head.advance(100.0)
+    assert head.read() == pytest.approx((np.radians(87), np.radians(50)))
+    head.go_to(-9.0, -9.0)
+    head.advance(100.0)
+    assert head.read() == pytest.approx((np.radians(-87), np.radians(-20)))
+
+
+def test_readings_scatter_as_told() -> None:
+    head = make_head(0.001)
+    head.go_to(0.2, 0.1)
+    head.advance(10.0)
+    readings = np.array([head.read() for _ in range(4000)])
+    assert readings.mean(axis=0) == pytest.approx([0.2, 0.1], abs=1e-4)
+    assert readings.std(axis=0) == pytest.approx([0.001, 0.001], rel=0.06)
+
+
+def test_encoder_steps() -> None:
+    head = make_head(0.0, 0.01)
+    head.go_to(0.117, -0.093)
+    head.advance(10.0)
+    assert head.read() == pytest.approx((0.12, -0.09), abs=1e-15)
+
+
+def test_place_stands_straight() -> None:
+    head = make_head(0.0)
+    head.go_to(0.5, 0.25)
+    head.advance(0.3)
+    head.place()
+    head.advance(1.0)
+    assert head.read() == (0.0, 0.0)

@@ -1,0 +1,159 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
+from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
+
+START = Pose2(x_m=1.778, y_m=3.0, heading_rad=-math.pi / 2)
+
+
+def make_simulator(preset: str = 'none', seed: int = 1) -> Simulator:
+    config = SimulatorConfig.for_arena(Arena(), noise_preset(preset))
+    simulator = Simulator(config, np.random.default_rng(seed))
+    simulator.reset(START)
+    return simulator
+
+
+def twist(linear_m_per_s: float, steering_rad_per_s: float) -> Twist2:
+    return Twist2(linear_m_per_s=linear_m_per_s, steering_rad_per_s=steering_rad_per_s)
+
+
+def head(turret_rad: float, pan_rad: float = 0.0, tilt_rad: float = 0.0) -> HeadAngles:
+    return HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
+
+
+def drive(simulator: Simulator, periods: int) -> list[SensorFrame]:
+    frames = []
+    for tick in range(periods):
+        simulator.command_drive(twist(0.4, 0.5 * math.sin(tick / 10)))
+        simulator.command_head(head(0.2, 0.1, 0.15))
+        simulator.advance()
+        frames.append(simulator.sense())
+    return frames
+
+
+def contents(frame: SensorFrame) -> tuple[object, ...]:
+    values = (getattr(frame, field.name) for field in dataclasses.fields(frame))
+    return tuple(v.tobytes() if isinstance(v, np.ndarray) else v for v in values)
+
+
+def test_leds_are_where_the_camera_model_says() -> None:
+    simulator = make_simulator()
+    simulator.command_head(head(0.0, 0.0, 0.2))
+    for _ in range(10):
+        simulator.advance()
+    frame = simulator.sense()
+    # Middle LED: 2.492 m ahead, 0.7288 m above the camera. Seen 16.302 deg up, 4.843 deg above
+    # the axis: 554.256 px * tan = 46.96 px over the middle row.
+    window = frame.image[180:206, 307:333].astype(float) - 10.0
+    rows, columns = np.indices(window.shape)
+    elevation_rad = math.atan2(1.8288 - 1.10, 3.0 - 0.508) - 0.2
+    v_px = 239.5 - 554.2562584 * math.tan(elevation_rad)
+    assert (window * rows).sum() / window.sum() + 180 == pytest.approx(v_px, abs=0.02)
+    assert (window * columns).sum() / window.sum() + 307 == pytest.approx(319.5, abs=0.02)
+
+
+def test_frame_of_a_perfect_machine_tells_the_truth() -> None:
+    frame = drive(make_simulator(), 40)[-1]
+    assert frame.time_ns == 40 * 40_000_000
+    assert frame.odometry.pose.x_m == pytest.approx(frame.truth.pose.x_m, abs=1e-12)
+    assert frame.odometry.pose.y_m == pytest.approx(frame.truth.pose.y_m, abs=1e-12)
+    assert frame.odometry.pose.heading_rad == pytest.approx(frame.truth.pose.heading_rad)
+    assert frame.joints == frame.truth_head
+    assert frame.base_yaw_rad == pytest.approx(frame.truth_base_yaw_rad, abs=1e-12)
+
+
+def test_same_seed_same_frames() -> None:
+    one, other = (drive(make_simulator('nominal', 5), 15) for _ in range(2))
+    assert [contents(f) for f in one] == [contents(f) for f in other]
+
+
+def test_another_seed_other_frames() -> None:
+    one, other = drive(make_simulator('nominal', 5), 1), drive(make_simulator('nominal', 6), 1)
+    assert contents(one[0]) != contents(other[0])
+
+
+def test_pixels_do_not_depend_on_the_drive() -> None:
+    standing, driven = make_simulator('nominal', 5), make_simulator('nominal', 5)
+    driven.command_drive(twist(0.4, 0.0))
+    for _ in range(20):
+        standing.advance()
+        driven.advance()
+    bottom = slice(400, 480)  # no LED gets there
+    assert (standing.sense().image[bottom] == driven.sense().image[bottom]).all()
+
+
+def test_head_target_is_relative_to_the_heading_now_and_then_to_the_base() -> None:
+    simulator = make_simulator()
+    simulator.command_drive(twist(0.0, 1.0))
+    for _ in range(12):
+        simulator.advance()
+    steered_rad = simulator.robot.steering.position
+    assert steered_rad > 0.05
+    simulator.command_head(head(0.3))
+    simulator.command_drive(twist(0.0, -1.0))
+    for _ in range(75):
+        simulator.command_drive(twist(0.0, -1.0))
+        simulator.advance()
+    assert simulator.robot.turret.position == pytest.approx(steered_rad + 0.3, abs=1e-12)
+    joint_rad = simulator.sense().joints.turret_rad
+    expected_rad = steered_rad + 0.3 - simulator.robot.steering.position
+    assert math.cos(joint_rad - expected_rad) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_turret_takes_the_shortest_turn() -> None:
+    simulator = make_simulator()
+    simulator.command_head(head(3.0))
+    for _ in range(150):
+        simulator.advance()
+    simulator.command_head(head(-3.0))
+    for _ in range(150):
+        simulator.advance()
+    assert simulator.robot.turret.position == pytest.approx(2 * math.pi - 3.0, abs=1e-12)
+
+
+def test_reset_keeps_clock_and_errors_and_restarts_the_rest() -> None:
+    simulator = make_simulator('nominal', 3)
+    before = drive(simulator, 30)[-1]
+    simulator.reset(START)
+    frame = simulator.sense()
+    assert frame.time_ns == before.time_ns
+    assert frame.truth.pose == START
+    assert frame.odometry.pose == START
+    assert frame.odometry.twist == twist(0.0, 0.0)
+    assert frame.truth_head.turret_rad == 0.0
+    assert abs(frame.truth_head.pan_rad) < 0.02
+    again = drive(simulator, 30)[-1]
+    assert again.time_ns == 2 * before.time_ns
+    assert again.truth.pose == before.truth.pose
+    assert again.odometry.pose == before.odometry.pose
+
+
+def test_watchdog_stops_the_drive_but_not_the_head() -> None:
+    simulator = make_simulator()
+    simulator.command_drive(twist(0.4, 0.0))
+    simulator.command_head(head(1.0))
+    for _ in range(60):
+        simulator.advance()
+    frame = simulator.sense()
+    assert frame.truth.twist == twist(0.0, 0.0)
+    # 0.4^2 / 0.762 of ramps and 0.4 * (0.5 - 0.4 / 0.762) at speed: the ramp ends at 0.525 s,
+    # after the watchdog's 0.5 s, so 0.762 * 0.25 = 0.1905 m in all.
+    assert START.y_m - frame.truth.pose.y_m == pytest.approx(0.1905, abs=1e-9)
+    assert frame.joints.turret_rad == pytest.approx(1.0, abs=0.3)
+
+
+def test_bump_is_sensed() -> None:
+    simulator = make_simulator()
+    simulator.reset(Pose2(x_m=1.778, y_m=0.3, heading_rad=-math.pi / 2))
+    for _ in range(50):
+        simulator.command_drive(twist(0.4, 0.0))
+        simulator.advance()
+    frame = simulator.sense()
+    assert [i for i, flag in enumerate(frame.bumpers) if flag] == [0, 1, 19]
+    assert frame.truth.pose.y_m == pytest.approx(0.225, abs=1e-12)
