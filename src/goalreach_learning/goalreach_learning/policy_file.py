@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import json
 import math
-import os
 from pathlib import Path
-import tempfile
 from typing import Any
 
 import numpy as np
 
 from goalreach_learning.actions import ACTIONS_RAD
 from goalreach_learning.policy import Policy
+from goalreach_msgs_py.atomic_file import write_text_atomically
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
 from goalreach_msgs_py.regions import GOAL_REGION, RegionMap
 
@@ -23,6 +22,7 @@ _FORMAT = 'goalreach-policy'
 _VERSION = 1
 _SHAPE = (3, 3, 8)
 _ANGLE_TOLERANCE_RAD = 1e-6
+_MOST_VISITS = 2**53
 
 
 class _DefectError(Exception):
@@ -64,15 +64,24 @@ def _policy(document: object) -> Policy:
     if not np.allclose(actions, ACTIONS_RAD, rtol=0.0, atol=_ANGLE_TOLERANCE_RAD):
         raise _DefectError(f'actions_rad = {_short(fields["actions_rad"])}: must be k * pi / 4')
     visits = _array(fields, 'visits', _SHAPE)
-    if (visits < 0).any() or (visits != np.floor(visits)).any():
-        bad = visits[(visits < 0) | (visits != np.floor(visits))][0]
-        raise _DefectError(f'visits holds {bad:g}: must be whole numbers >= 0')
+    bad = visits[(visits < 0) | (visits > _MOST_VISITS) | (visits != np.floor(visits))]
+    if len(bad):
+        raise _DefectError(f'visits holds {bad[0]:g}: must be whole numbers in [0, 2^53]')
     return Policy(
         q=_array(fields, 'q', _SHAPE),
         visits=visits.astype(np.int64),
         regions=_regions(_mapping(_get(fields, 'regions'), 'regions')),
-        learning=dict(_mapping(_get(fields, 'learning'), 'learning')),
+        learning=_learning(_mapping(_get(fields, 'learning'), 'learning')),
     )
+
+
+def _learning(fields: Mapping[str, Any]) -> dict[str, Any]:
+    for name, value in fields.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise _DefectError(f'learning.{name} = {value!r}: must be finite')
+        if not isinstance(value, (str, int, float)):
+            raise _DefectError(f'learning.{name} = {_short(value)}: must be a number or a text')
+    return dict(fields)
 
 
 def _regions(fields: Mapping[str, Any]) -> RegionMap:
@@ -103,11 +112,11 @@ def _array(
     fields: Mapping[str, Any], name: str, shape: tuple[int, ...], *, prefix: str = ''
 ) -> Any:  # noqa: ANN401 - a float array
     value = _get(fields, name, prefix)
-    numbers = _numbers(value, shape, prefix + name, prefix + name)
+    numbers = _numbers(value, shape, prefix + name)
     return np.array(numbers, dtype=np.float64).reshape(shape)
 
 
-def _numbers(value: object, shape: Sequence[int], field: str, place: str) -> list[float]:
+def _numbers(value: object, shape: Sequence[int], place: str) -> list[float]:
     """Return the numbers of nested lists in order, or refuse the first that does not fit."""
     if not shape:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -121,7 +130,7 @@ def _numbers(value: object, shape: Sequence[int], field: str, place: str) -> lis
     return [
         number
         for index, element in enumerate(value)
-        for number in _numbers(element, shape[1:], field, f'{place}[{index}]')
+        for number in _numbers(element, shape[1:], f'{place}[{index}]')
     ]
 
 
@@ -155,23 +164,4 @@ def write_policy(path: Path | str, policy: Policy) -> None:
         'learning': dict(policy.learning),
     }
     text = json.dumps(document, indent=1, allow_nan=False) + '\n'
-    try:
-        _replace(Path(path), text)
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
-
-
-def _replace(path: Path, text: str) -> None:
-    with tempfile.NamedTemporaryFile(
-        'w', encoding='utf-8', dir=path.parent, prefix=f'.{path.name}.', delete=False
-    ) as file:
-        temporary = Path(file.name)
-        try:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        except OSError:
-            temporary.unlink()
-            raise
-    temporary.chmod(0o644)
-    temporary.replace(path)
+    write_text_atomically(path, text)

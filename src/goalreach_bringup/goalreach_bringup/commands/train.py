@@ -1,0 +1,107 @@
+"""The `train` command: the paper's learning phase in one process."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+import time
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from goalreach_learning.policy import Policy
+    from goalreach_learning.training import TrainingResult
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it to a file"
+
+_TRIALS = 20
+_BAR = 22
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        '--trials', type=int, default=_TRIALS, help='trials, each one path from every start'
+    )
+    parser.add_argument(
+        '--out', type=Path, default=Path('policy.json'), help='policy file to write'
+    )
+    parser.add_argument(
+        '--json', type=Path, default=None, help='file for trials, seconds and success by trial'
+    )
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Learn, show what was learned, and write it.
+
+    Raises:
+        GoalreachError: A value is refused or a file cannot be written.
+    """
+    import numpy as np
+
+    from goalreach_bringup.summary_file import write_summary
+    from goalreach_learning.policy_file import write_policy
+    from goalreach_learning.training import LearningConfig, greedy_successes, train
+    from goalreach_msgs_py.arena import Arena
+    from goalreach_msgs_py.errors import ConfigurationError
+
+    if options.seed < 0:
+        raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
+    arena = Arena()
+    config = LearningConfig(trials=options.trials)
+    began_s = time.perf_counter()
+    result = train(arena, config, rng=np.random.default_rng(options.seed))
+    seconds = time.perf_counter() - began_s
+    policy = replace(result.policy, learning={**result.policy.learning, 'seed': options.seed})
+    greedy = greedy_successes(arena, policy)
+    write_policy(options.out, policy)
+    _show(result, policy, greedy, seconds, paths=config.trials * len(arena.starts))
+    print(f'policy written to {options.out}')
+    if options.json is not None:
+        write_summary(options.json, _report(options, result, greedy, seconds))
+    return 0
+
+
+def _report(
+    options: argparse.Namespace, result: TrainingResult, greedy: Sequence[bool], seconds: float
+) -> dict[str, Any]:
+    return {
+        'seed': options.seed,
+        'trials': options.trials,
+        'seconds': seconds,
+        'success_by_trial': list(result.success_by_trial),
+        'actions_taken': result.options,
+        'greedy_success': list(greedy),
+        'policy': str(options.out),
+        'learning': dict(result.policy.learning),
+    }
+
+
+def _show(
+    result: TrainingResult, policy: Policy, greedy: Sequence[bool], seconds: float, *, paths: int
+) -> None:
+    print(f'{paths} paths, {result.options} actions, {seconds * 1e3:.1f} ms')
+    print('\npaths that reached the goal while learning, by trial')
+    for trial, share in enumerate(result.success_by_trial, start=1):
+        print(f'  {trial:3d}  {100 * share:5.1f} %  {"#" * round(_BAR * share)}')
+    print('\nheading learned in each region, degrees (the goal wall is below)')
+    print(_action_table(policy))
+    print(f'\nthe best actions lead to the goal from {sum(greedy)} of {len(greedy)} starts')
+
+
+def _action_table(policy: Policy) -> str:
+    from goalreach_learning.actions import ACTIONS_DEG
+    from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
+
+    lines = [' ' * 8 + ''.join(f'{label:>12}' for label in X_LABELS)]
+    for j in (2, 1, 0):
+        cells = []
+        for i in range(3):
+            action = policy.greedy_action((i, j))
+            unknown = 'goal' if (i, j) == policy.regions.goal else '-'
+            cells.append(unknown if action is None else f'{ACTIONS_DEG[action]:.0f}')
+        lines.append(f'  {Y_LABELS[j]:<6}' + ''.join(f'{cell:>12}' for cell in cells))
+    return '\n'.join(lines)
