@@ -87,7 +87,7 @@ class GoalReachingControllerNode(Node):
         self._controller.config = config
 
     def _collector(self, topic: str) -> Callable[[Any], None]:
-        def collect(message: Any) -> None:  # noqa: ANN401 - one of the two inputs
+        def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
             inputs = self._inputs.add(topic, stamp_ns, message)
             if inputs is None or self._busy or not self._outbox.open(stamp_ns):

@@ -49,14 +49,14 @@ class RobotPlacement:
             future = self._parameters.set_parameters(request)
             future.add_done_callback(reset)
 
-        def reset(future: Any) -> None:  # noqa: ANN401 - rclpy's untyped future
+        def reset(future: Any) -> None:
             result = future.result().results[0]
             if not result.successful:
                 self._refused(result.reason)
                 return
             self._reset.call_async(Trigger.Request()).add_done_callback(finish)
 
-        def finish(future: Any) -> None:  # noqa: ANN401 - rclpy's untyped future
+        def finish(future: Any) -> None:
             if not future.result().success:
                 self._refused(future.result().message)
                 return

@@ -11,7 +11,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 import rclpy
-from rclpy.exceptions import RCLError
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
@@ -23,7 +22,14 @@ from goalreach_msgs_py.ros_parameters import warn_of_unknown_parameters
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from goalreach_msgs_py.topics import DIAGNOSTICS
 
-__all__ = ['LAUNCHER_PID', 'Diagnostics', 'Outbox', 'run_node', 'spin_until_shutdown']
+__all__ = [
+    'LAUNCHER_PID',
+    'Diagnostics',
+    'Outbox',
+    'end_with_launcher',
+    'run_node',
+    'spin_until_shutdown',
+]
 
 LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
 """Environment variable by which a launcher asks its nodes to end when it dies."""
@@ -129,10 +135,10 @@ def run_node(
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
     """
-    _end_with_launcher()
+    end_with_launcher()
     node: Node | None = None
     try:
-        rclpy.init(args=list(sys.argv if arguments is None else arguments))
+        _init(list(sys.argv if arguments is None else arguments))
         node = make_node()
         warn_of_unknown_parameters(node)
         spin_until_shutdown([node])
@@ -140,7 +146,7 @@ def run_node(
         pass
     except ConfigurationError as error:
         return _refuse(f'{name}: parameter {error}')
-    except (GoalreachError, RCLError) as error:
+    except GoalreachError as error:
         return _refuse(f'{name}: {error}')
     finally:
         if node is not None:
@@ -149,12 +155,20 @@ def run_node(
     return 0
 
 
+def _init(arguments: list[str]) -> None:
+    try:
+        rclpy.init(args=arguments)
+    except RuntimeError as error:  # rclpy's RCLError: the arguments after --ros-args are wrong
+        reason = str(error).partition(': ')[2].partition(', at ')[0]
+        raise GoalreachError(reason or str(error)) from None
+
+
 def _refuse(line: str) -> int:
     sys.stderr.write(line.strip().splitlines()[0] + '\n')
     return _STATUS_BAD_CONFIGURATION
 
 
-def _end_with_launcher() -> None:
+def end_with_launcher() -> None:
     """Ask the kernel for SIGTERM when the launcher dies, however it dies (Linux)."""
     launcher = os.environ.get(LAUNCHER_PID)
     if launcher is None or not sys.platform.startswith('linux'):

@@ -67,8 +67,8 @@ class LandmarkLocalizerNode(Node):
         ):
             self.create_subscription(message_type, topic, self._collector(topic), qos)
 
-    def _collector(self, topic: str) -> Any:  # noqa: ANN401 - a callback of any message type
-        def collect(message: Any) -> None:  # noqa: ANN401 - one of the four inputs
+    def _collector(self, topic: str) -> Any:
+        def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
             inputs = self._inputs.add(topic, stamp_ns, message)
             if inputs is not None and self._outbox.open(stamp_ns):
@@ -76,7 +76,7 @@ class LandmarkLocalizerNode(Node):
 
         return collect
 
-    def _process(self, stamp_ns: int, inputs: Any) -> None:  # noqa: ANN401 - messages by topic
+    def _process(self, stamp_ns: int, inputs: Any) -> None:
         try:
             output = self._localizer.process(
                 time_ns=stamp_ns,

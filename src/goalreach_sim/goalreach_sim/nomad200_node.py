@@ -39,8 +39,8 @@ class Nomad200Node(Node):
     `/diagnostics`.
     Subscribes: `/cmd_vel`, `/head/command`.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
-    Parameters: the fields of `SimulatorConfig`, `RegionConfig` and `TimeConfig`; `start_pose` and `speed` may
-    change while it runs.
+    Parameters: the fields of `SimulatorConfig`, `RegionConfig` and `TimeConfig`; `start_pose`
+    and `speed` may change while it runs.
     """
 
     def __init__(self) -> None:
@@ -52,9 +52,7 @@ class Nomad200Node(Node):
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
         period_s = self._simulator.period_ns * 1e-9
-        self._frames = FramePublisher(
-            self, body_radius_m=config.body_radius_m, period_s=period_s
-        )
+        self._frames = FramePublisher(self, body_radius_m=config.body_radius_m, period_s=period_s)
         self._diagnostics = Diagnostics(self)
         self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
         self._markers.publish(arena_markers(config, regions.region_map))
@@ -123,9 +121,7 @@ class Nomad200Node(Node):
         if self._realtime is not None:
             self._realtime.set_speed(timing.speed)
 
-    def _on_reset(
-        self, _request: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
+    def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         x_m, y_m, heading_rad = self._config.value.start_pose
         try:
             self._simulator.reset(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
@@ -136,9 +132,7 @@ class Nomad200Node(Node):
         response.message = f'at {x_m:.3f} m, {y_m:.3f} m, {heading_rad:.3f} rad'
         return response
 
-    def _on_pause(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         clock = self._lockstep or self._realtime
         if clock is not None:
             clock.paused = request.data

@@ -144,8 +144,10 @@ class LockstepClock:
         self._named_s = now_s
         silent = CMD_VEL
         for topic in (HEAD_COMMAND, POSE, STATE):
-            if topic in self._missing if topic == HEAD_COMMAND else (
-                self._heard.get(topic) != self._stamp_ns
+            if (
+                topic in self._missing
+                if topic == HEAD_COMMAND
+                else (self._heard.get(topic) != self._stamp_ns)
             ):
                 silent = topic
                 break

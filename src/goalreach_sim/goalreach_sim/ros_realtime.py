@@ -46,9 +46,7 @@ class RealtimeClock:
         self._speed = speed
         self._interval_s = self._period_s / speed
         self._restart()
-        self._timer = self._node.create_timer(
-            self._interval_s, self._on_timer, clock=self._steady
-        )
+        self._timer = self._node.create_timer(self._interval_s, self._on_timer, clock=self._steady)
 
     def _restart(self) -> None:
         self._due_s = self._reported_s = time.monotonic()

@@ -1,0 +1,1 @@
+"""One module per command: `SUMMARY`, `configure(parser)`, `execute(arguments) -> status`."""

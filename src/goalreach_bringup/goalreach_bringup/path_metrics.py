@@ -1,0 +1,153 @@
+"""How well one path was driven, measured against the truth.
+
+Used alike by a run over the graph and by an evaluation in one process, so their numbers compare.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+import math
+from typing import Any
+
+import numpy as np
+
+from goalreach_msgs_py.angles import angle_difference
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+__all__ = ['PathMeter', 'PathResult', 'error_statistics']
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathResult:
+    """One driven path, as `run --summary` and `evaluate --json` write it.
+
+    Attributes:
+        start: Pose the robot was placed at, in `map`.
+        outcome: 'goal', 'false-goal', 'bump' or 'timeout', judged by the truth.
+        duration_s: Simulated time from the placing to the end.
+        length_m: Length of the true path.
+        turning_rad: Sum of the absolute changes of the true drive heading.
+        max_heading_step_rad: Largest change of the commanded heading between two control steps.
+        pose_error_m: rms, p95 and max of the position error while the state was trusted.
+        heading_error_rad: The same of the heading error.
+        trace: True positions (x, y) along the path, metres.
+    """
+
+    start: Pose2
+    outcome: str
+    duration_s: float
+    length_m: float
+    turning_rad: float
+    max_heading_step_rad: float
+    pose_error_m: dict[str, float]
+    heading_error_rad: dict[str, float]
+    trace: tuple[tuple[float, float], ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result as JSON-ready values; the start as [x_m, y_m, heading_rad]."""
+        return {
+            'start': [self.start.x_m, self.start.y_m, self.start.heading_rad],
+            'outcome': self.outcome,
+            'duration_s': self.duration_s,
+            'length_m': self.length_m,
+            'turning_rad': self.turning_rad,
+            'max_heading_step_rad': self.max_heading_step_rad,
+            'pose_error_m': self.pose_error_m,
+            'heading_error_rad': self.heading_error_rad,
+            'trace': [list(point) for point in self.trace],
+        }
+
+
+def error_statistics(errors: list[float]) -> dict[str, float]:
+    """Return rms, p95 and max of absolute errors; NaN-free: zeros where there are none."""
+    if not errors:
+        return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
+    values = np.abs(np.asarray(errors))
+    return {
+        'rms': float(np.sqrt(np.mean(values**2))),
+        'p95': float(np.percentile(values, 95)),
+        'max': float(values.max()),
+    }
+
+
+@dataclass
+class PathMeter:
+    """Gathers one path tick by tick.
+
+    Attributes:
+        start: Pose the robot was placed at.
+        trace_step: Every how many ticks the trace keeps a position.
+    """
+
+    start: Pose2
+    trace_step: int = 5
+    _ticks: int = 0
+    _first_ns: int = 0
+    _last_ns: int = 0
+    _last_truth: Pose2 | None = None
+    _last_heading_rad: float | None = None
+    _length_m: float = 0.0
+    _turning_rad: float = 0.0
+    _max_step_rad: float = 0.0
+    _position_errors_m: list[float] = field(default_factory=list)
+    _heading_errors_rad: list[float] = field(default_factory=list)
+    _trace: list[tuple[float, float]] = field(default_factory=list)
+
+    def add(
+        self,
+        *,
+        time_ns: int,
+        truth: Pose2,
+        estimate: Pose2 | None,
+        commanded_heading_rad: float | None,
+    ) -> None:
+        """Add one control step.
+
+        Args:
+            time_ns: Stamp of the image behind it.
+            truth: True pose.
+            estimate: Estimated pose, or None where it was not trusted.
+            commanded_heading_rad: Heading in `map` that the controller wanted, or None.
+        """
+        if self._last_truth is None:
+            self._first_ns = time_ns
+        else:
+            last = self._last_truth
+            self._length_m += math.hypot(truth.x_m - last.x_m, truth.y_m - last.y_m)
+            self._turning_rad += abs(angle_difference(truth.heading_rad, last.heading_rad))
+        if estimate is not None:
+            error_m = math.hypot(estimate.x_m - truth.x_m, estimate.y_m - truth.y_m)
+            self._position_errors_m.append(error_m)
+            turn_rad = angle_difference(estimate.heading_rad, truth.heading_rad)
+            self._heading_errors_rad.append(turn_rad)
+        if commanded_heading_rad is not None:
+            if self._last_heading_rad is not None:
+                step_rad = abs(angle_difference(commanded_heading_rad, self._last_heading_rad))
+                self._max_step_rad = max(self._max_step_rad, step_rad)
+            self._last_heading_rad = commanded_heading_rad
+        if self._ticks % self.trace_step == 0:
+            self._trace.append((round(truth.x_m, 4), round(truth.y_m, 4)))
+        self._ticks += 1
+        self._last_ns, self._last_truth = time_ns, truth
+
+    def finish(self, outcome: PathOutcome, *, in_goal: bool) -> PathResult:
+        """Return the result.
+
+        Args:
+            outcome: How the controller says the path ended.
+            in_goal: Whether the robot's true centre was inside the goal region at that moment.
+        """
+        judged = outcome.value
+        if outcome is PathOutcome.GOAL and not in_goal:
+            judged = 'false-goal'
+        return PathResult(
+            start=self.start,
+            outcome=judged,
+            duration_s=(self._last_ns - self._first_ns) * 1e-9,
+            length_m=self._length_m,
+            turning_rad=self._turning_rad,
+            max_heading_step_rad=self._max_step_rad,
+            pose_error_m=error_statistics(self._position_errors_m),
+            heading_error_rad=error_statistics(self._heading_errors_rad),
+            trace=tuple(self._trace),
+        )

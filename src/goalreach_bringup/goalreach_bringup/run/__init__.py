@@ -1,0 +1,1 @@
+"""Bringing the graph up, watching it drive, and taking it down."""

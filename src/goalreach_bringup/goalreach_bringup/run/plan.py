@@ -1,0 +1,185 @@
+"""From what a person asked to the parameters of every node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from goalreach_bringup.parameter_file import NodeParameters
+from goalreach_bringup.run.options import RunOptions
+from goalreach_learning.controller import ControllerConfig
+from goalreach_learning.mission import MissionConfig
+from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.parameters import build_config, flatten_config
+from goalreach_msgs_py.region_config import RegionConfig
+from goalreach_msgs_py.regions import region_name
+from goalreach_msgs_py.values import Pose2
+from goalreach_perception.localizer import LocalizerConfig
+from goalreach_perception.state_estimator import StateEstimatorConfig
+from goalreach_sim.simulator import SimulatorConfig
+from goalreach_sim.time_config import TimeConfig
+
+__all__ = [
+    'CONTROLLER',
+    'ESTIMATOR',
+    'LOCALIZER',
+    'NODES',
+    'ROBOT',
+    'RunSeeds',
+    'choose_starts',
+    'plan_parameters',
+    'random_starts',
+]
+
+ROBOT: Final = 'nomad200'
+LOCALIZER: Final = 'landmark_localizer'
+ESTIMATOR: Final = 'state_estimator'
+CONTROLLER: Final = 'goal_reaching_controller'
+NODES: Final = (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
+
+_ENDLESS_STARTS = 1000
+_START_CLEARANCE_M = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSeeds:
+    """Independent seeds of the random parts of a run, all from one number."""
+
+    simulator: int
+    controller: int
+    starts: int
+    training: int
+
+    @classmethod
+    def spawn(cls, seed: int) -> RunSeeds:
+        """Derive the seeds from the run's one seed."""
+        words = np.random.SeedSequence(seed).generate_state(4, dtype=np.uint32) >> 1
+        simulator, controller, starts, training = (int(word) for word in words)
+        return cls(simulator=simulator, controller=controller, starts=starts, training=training)
+
+
+def random_starts(
+    arena: Arena, count: int, rng: np.random.Generator, *, clearance_m: float = _START_CLEARANCE_M
+) -> tuple[Pose2, ...]:
+    """Return poses drawn evenly over the free floor outside the goal region, any heading.
+
+    Args:
+        arena: The arena.
+        count: How many.
+        rng: Source of randomness.
+        clearance_m: Distance kept between body and wall.
+    """
+    inset_m = BODY_RADIUS_M + clearance_m
+    starts: list[Pose2] = []
+    while len(starts) < count:
+        x_m = rng.uniform(inset_m, arena.width_m - inset_m)
+        y_m = rng.uniform(inset_m, arena.length_m - inset_m)
+        heading_rad = rng.uniform(-math.pi, math.pi)
+        if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
+            starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+    return tuple(starts)
+
+
+def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[Pose2, ...]:
+    """Return the starting poses of a run.
+
+    Raises:
+        ConfigurationError: A start given by hand is not on the free floor.
+    """
+    for pose in options.start_poses:
+        if not arena.is_free(pose.x_m, pose.y_m):
+            raise ConfigurationError('--start', (pose.x_m, pose.y_m), 'on the free floor')
+    if options.start_poses:
+        return options.start_poses
+    if options.starts == 'random':
+        rng = np.random.default_rng(seeds.starts)
+        return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
+    return arena.starts
+
+
+def plan_parameters(
+    options: RunOptions,
+    *,
+    arena: Arena,
+    starts: Iterable[Pose2],
+    policy_path: str,
+    seeds: RunSeeds,
+    user: NodeParameters,
+) -> NodeParameters:
+    """Return the parameters of every node: defaults, then the user's file, then the options.
+
+    Raises:
+        ConfigurationError: A value is refused; the line names node, parameter and value.
+    """
+    noise = noise_preset(options.noise)
+    poses = tuple(starts)
+    numbers = tuple(v for p in poses for v in (p.x_m, p.y_m, p.heading_rad))
+    robot = replace(SimulatorConfig.for_arena(arena, noise), start_pose=numbers[:3])
+    regions = flatten_config(RegionConfig.for_map(arena.regions))
+    defaults: NodeParameters = {
+        ROBOT: {
+            **flatten_config(robot),
+            **flatten_config(TimeConfig(seed=seeds.simulator)),
+            **regions,
+        },
+        LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
+        ESTIMATOR: flatten_config(
+            StateEstimatorConfig(
+                x_knots_m=arena.regions.x_knots_m,
+                y_knots_m=arena.regions.y_knots_m,
+                goal=region_name(arena.regions.goal),
+            )
+        ),
+        CONTROLLER: {
+            **flatten_config(ControllerConfig()),
+            **flatten_config(
+                MissionConfig(
+                    policy=policy_path, starts=numbers, paths=options.paths, seed=seeds.controller
+                )
+            ),
+        },
+    }
+    for node, values in user.items():
+        _require_known(node, values, defaults[node])
+        defaults[node].update(values)
+    defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
+    defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
+    _check(defaults)
+    return defaults
+
+
+def _given(**values: Any) -> dict[str, Any]:  # noqa: ANN401 - parameters of any type
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> None:
+    for name, value in values.items():
+        if name not in known and name != 'use_sim_time':
+            raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
+
+
+def _check(parameters: NodeParameters) -> None:
+    """Build every configuration once, so that a mistake is told before anything starts."""
+    classes: dict[str, tuple[type[object], ...]] = {
+        ROBOT: (SimulatorConfig, TimeConfig, RegionConfig),
+        LOCALIZER: (LocalizerConfig,),
+        ESTIMATOR: (StateEstimatorConfig,),
+        CONTROLLER: (ControllerConfig, MissionConfig),
+    }
+    for node, configs in classes.items():
+        for cls in configs:
+            _build(node, cls, parameters[node])
+
+
+def _build(node: str, cls: type[object], values: dict[str, Any]) -> None:
+    try:
+        build_config(cls, values)
+    except ConfigurationError as error:
+        name = f'{node}.{error.field}'
+        raise ConfigurationError(name, error.value, error.allowed) from None

@@ -1,0 +1,91 @@
+"""Judging paths by the truth, from the topics of a running graph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+from goalreach_bringup.path_metrics import PathMeter, PathResult
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+__all__ = ['Referee', 'Tick']
+
+_PLACED_M = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tick:
+    """What is known of one stamp.
+
+    Attributes:
+        time_ns: The stamp.
+        truth: True pose.
+        estimate: Estimated pose, or None where the state was not trusted.
+        commanded_heading_rad: Heading that the controller wanted, or None.
+    """
+
+    time_ns: int
+    truth: Pose2
+    estimate: Pose2 | None
+    commanded_heading_rad: float | None
+
+
+class Referee:
+    """Cuts the stream of ticks into paths and judges each.
+
+    Args:
+        starts: Starting poses in the order driven, or empty where the robot is not placed.
+        regions: The region map, for the true goal.
+    """
+
+    def __init__(self, starts: Sequence[Pose2], regions: RegionMap) -> None:
+        """Wait for the first path."""
+        self._starts = tuple(starts)
+        self._regions = regions
+        self._path = 0
+        self._meter: PathMeter | None = None
+        self._ticks: dict[int, Tick] = {}
+        self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
+        self.last_ns = 0
+
+    def add_tick(self, tick: Tick) -> list[PathResult]:
+        """Add a tick; return the paths that it completes."""
+        self._ticks[tick.time_ns] = tick
+        self.last_ns = max(self.last_ns, tick.time_ns)
+        return self._judge()
+
+    def add_outcome(self, time_ns: int, path: int, outcome: PathOutcome) -> list[PathResult]:
+        """Add the controller's word that a path ended; return the paths that it completes."""
+        self._outcomes[path] = (time_ns, outcome)
+        return self._judge()
+
+    def _judge(self) -> list[PathResult]:
+        """Close the running path when both its outcome and the tick of that stamp are there."""
+        results: list[PathResult] = []
+        while self._path in self._outcomes and self._outcomes[self._path][0] in self._ticks:
+            end_ns, outcome = self._outcomes.pop(self._path)
+            for stamp_ns in sorted(self._ticks):
+                if stamp_ns <= end_ns:
+                    last = self._ticks.pop(stamp_ns)
+                    self._measure(last)
+            goal = self._regions.region_at(last.truth.x_m, last.truth.y_m) == self._regions.goal
+            if self._meter is not None:
+                results.append(self._meter.finish(outcome, in_goal=goal))
+            self._path, self._meter = self._path + 1, None
+        return results
+
+    def _measure(self, tick: Tick) -> None:
+        if self._meter is None:
+            start = self._starts[self._path % len(self._starts)] if self._starts else tick.truth
+            away_m = math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m)
+            if away_m > _PLACED_M:
+                return
+            self._meter = PathMeter(start)
+        self._meter.add(
+            time_ns=tick.time_ns,
+            truth=tick.truth,
+            estimate=tick.estimate,
+            commanded_heading_rad=tick.commanded_heading_rad,
+        )

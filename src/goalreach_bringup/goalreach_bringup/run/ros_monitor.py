@@ -1,0 +1,106 @@
+"""The launcher's own node: it watches the graph come up and judges the paths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+import numpy as np
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64MultiArray
+
+from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.run.referee import Referee, Tick
+from goalreach_learning.blending import blend_heading
+from goalreach_learning.policy import Policy
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_estimate_messages import state_from_msg
+from goalreach_msgs_py.ros_learning_messages import q_table_from_msg, transition_from_msg
+from goalreach_msgs_py.ros_qos import LATCHED_QOS
+from goalreach_msgs_py.ros_sensor_messages import odometry_from_msg
+from goalreach_msgs_py.synchronizer import StampSynchronizer
+from goalreach_msgs_py.topics import GROUND_TRUTH, Q_TABLE, STATE, TRANSITION
+from goalreach_msgs_py.values import Confidence, Pose2, Transition
+
+__all__ = ['RunMonitor']
+
+_DEEP_QOS = QoSProfile(depth=200)
+
+
+class RunMonitor(Node):
+    """Follows truth, state and transitions and hands finished paths to the launcher.
+
+    Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/transition`, `/q_learning/q_table`.
+
+    Args:
+        starts: Starting poses in the order driven.
+        policy: The policy driven, for its regions and the commanded heading.
+        mode: How it is driven.
+        on_path: Called with each finished path.
+        on_transition: Called with each finished action.
+    """
+
+    def __init__(
+        self,
+        *,
+        starts: Sequence[Pose2],
+        policy: Policy,
+        mode: str,
+        on_path: Callable[[PathResult], None],
+        on_transition: Callable[[Transition], None],
+    ) -> None:
+        """Subscribe."""
+        super().__init__('run_monitor')
+        self._policy = policy
+        self._mode = mode
+        self._on_path = on_path
+        self._on_transition = on_transition
+        self.referee = Referee(starts, policy.regions)
+        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
+        for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
+            self.create_subscription(message_type, topic, self._collector(topic), _DEEP_QOS)
+        self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, _DEEP_QOS)
+        self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+
+    def _collector(self, topic: str) -> Callable[[Any], None]:
+        def collect(message: Any) -> None:
+            stamp_ns = stamp_from_msg(message.header.stamp)
+            inputs = self._inputs.add(topic, stamp_ns, message)
+            if inputs is not None:
+                self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
+
+        return collect
+
+    def _on_tick(self, stamp_ns: int, truth: Odometry, state_message: DiagnosticArray) -> None:
+        state = state_from_msg(state_message)
+        trusted = state.confidence is Confidence.OK
+        heading_rad = None
+        if trusted:
+            heading_rad = blend_heading(self._mode, state.mu_x, state.mu_y, self._policy)
+        tick = Tick(
+            time_ns=stamp_ns,
+            truth=odometry_from_msg(truth).pose,
+            estimate=state.pose if trusted else None,
+            commanded_heading_rad=heading_rad,
+        )
+        for result in self.referee.add_tick(tick):
+            self._on_path(result)
+
+    def _on_action(self, message: DiagnosticArray) -> None:
+        transition = transition_from_msg(message)
+        self._on_transition(transition)
+        if transition.outcome is None:
+            return
+        stamp_ns = stamp_from_msg(message.header.stamp)
+        for result in self.referee.add_outcome(stamp_ns, transition.path, transition.outcome):
+            self._on_path(result)
+
+    def _on_q_table(self, message: Float64MultiArray) -> None:
+        q = q_table_from_msg(message)
+        if not np.array_equal(q, self._policy.q):
+            tried = (q != 0).astype(np.int64)
+            self._policy = replace(self._policy, q=q, visits=tried)

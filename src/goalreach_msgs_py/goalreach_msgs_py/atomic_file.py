@@ -1,0 +1,47 @@
+"""Writing a file whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+import tempfile
+
+from goalreach_msgs_py.errors import FileFormatError
+
+__all__ = ['write_bytes_atomically', 'write_text_atomically']
+
+_READABLE = 0o644
+
+
+def write_text_atomically(path: str | Path, text: str) -> None:
+    """Write a UTF-8 text file by way of a temporary neighbour and a rename.
+
+    Raises:
+        FileFormatError: The file cannot be written; what was there before is untouched.
+    """
+    write_bytes_atomically(path, text.encode())
+
+
+def write_bytes_atomically(path: str | Path, content: bytes) -> None:
+    """Write a file by way of a temporary neighbour and a rename.
+
+    Raises:
+        FileFormatError: The file cannot be written; what was there before is untouched.
+    """
+    target = Path(path)
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f'.{target.name}.')
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
+    try:
+        with os.fdopen(descriptor, 'wb') as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        Path(temporary).chmod(_READABLE)
+        Path(temporary).replace(target)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            Path(temporary).unlink()
+        raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
