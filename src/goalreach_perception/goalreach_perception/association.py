@@ -1,0 +1,200 @@
+"""Which spot is which LED: every labelling solved, the best kept only if no other comes near.
+
+Bearings alone often fit a wrong labelling; pixels (u, v) with the known heights of the LEDs and
+the tilt do not, so all labellings are solved on pixels and compared by chi-square.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import functools
+from itertools import combinations, permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.values import FloatArray
+from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
+from goalreach_perception.triangulation import align, level_points, triangulate
+
+__all__ = ['AssociationConfig', 'Fix', 'identify', 'labellings']
+
+_TRIPLE = 3
+_SAME_M = 0.05
+_SAME_RAD = 0.02
+"""Solutions nearer than this are one. Chosen: far above the error of a converged solution."""
+_SEED_MARGIN_M = 0.6
+_MOST_SOLVED = 24
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssociationConfig:
+    """When a labelling is believed."""
+
+    triple_gate: float = parameter(
+        25.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 2e-5)', minimum=1.0
+    )
+    pair_gate: float = parameter(
+        12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', minimum=1.0
+    )
+    margin: float = parameter(
+        25.0,
+        'How much larger the chi-square of the second best must be (likelihood ratio e^-12)',
+        minimum=1.0,
+    )
+    wall_margin_m: float = parameter(
+        0.1, 'How far outside the walls a pose may come out, m (chosen)', minimum=0.0, maximum=5.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+
+@dataclass(frozen=True)
+class Fix:
+    """A pose found from one image alone.
+
+    Attributes:
+        x_m: Position in `map`.
+        y_m: Position in `map`.
+        azimuth_rad: Azimuth of the optical axis in `map`, not wrapped.
+        chi2: Chi-square of the pixels, 2 k - 3 degrees of freedom.
+        information: (3, 3) inverse covariance of x, y, azimuth.
+        spots: (k,) indices of the spots used.
+        leds: (k,) which LED each of them is.
+    """
+
+    x_m: float
+    y_m: float
+    azimuth_rad: float
+    chi2: float
+    information: FloatArray
+    spots: NDArray[np.intp]
+    leds: NDArray[np.intp]
+
+
+@functools.lru_cache(maxsize=64)
+def labellings(
+    spot_count: int, led_count: int, size: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return all ways to name `size` of the spots with different LEDs.
+
+    Returns:
+        Two (m, size) arrays: indices of spots (ascending) and the LED each of them is.
+    """
+    pairs = [
+        (spots, leds)
+        for spots in combinations(range(spot_count), size)
+        for leds in permutations(range(led_count), size)
+    ]
+    spots = np.array([p[0] for p in pairs], dtype=np.intp).reshape(-1, size)
+    leds = np.array([p[1] for p in pairs], dtype=np.intp).reshape(-1, size)
+    return spots, leds
+
+
+def identify(
+    geometry: ImageGeometry,
+    pixels_px: FloatArray,
+    sigmas_px: FloatArray,
+    *,
+    arena_size_m: tuple[float, float],
+    config: AssociationConfig,
+) -> Fix | None:
+    """Return the one pose and labelling that explain an image, or None.
+
+    Three spots are tried first; where no three of them are LEDs, two.
+
+    Args:
+        geometry: What is known.
+        pixels_px: (n, 2) ideal pixels of the spots.
+        sigmas_px: (n,) standard deviation of each per axis.
+        arena_size_m: Width and length of the arena.
+        config: When a labelling is believed.
+
+    Returns:
+        The fix; None where there are too few spots, none fits, or two different answers do.
+    """
+    for size, gate in ((_TRIPLE, config.triple_gate), (2, config.pair_gate)):
+        if len(pixels_px) < size:
+            continue
+        spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
+        fits = _solve(geometry, pixels_px, sigmas_px, spots, leds, arena_size_m)
+        if fits is None:
+            continue
+        solutions, spots, leds = fits
+        inside = _inside(solutions.poses, arena_size_m, config.wall_margin_m)
+        chi2 = np.where(inside, solutions.chi2, np.inf)
+        best = int(chi2.argmin())
+        if chi2[best] > gate:
+            continue
+        rivals = chi2[_differ(solutions.poses, leds, best)]
+        if rivals.size and rivals.min() < chi2[best] + config.margin:
+            return None
+        x_m, y_m, azimuth = (float(value) for value in solutions.poses[best])
+        information = solutions.information[best]
+        return Fix(x_m, y_m, azimuth, float(chi2[best]), information, spots[best], leds[best])
+    return None
+
+
+def _solve(
+    geometry: ImageGeometry,
+    pixels_px: FloatArray,
+    sigmas_px: FloatArray,
+    spots: NDArray[np.intp],
+    leds: NDArray[np.intp],
+    arena_size_m: tuple[float, float],
+) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
+    """Solve all labellings whose first guess is possible."""
+    seeds = _seeds(geometry, pixels_px[spots], leds)
+    repeats = len(seeds) // len(spots)
+    spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
+    with np.errstate(invalid='ignore'):
+        possible = np.flatnonzero(_inside(seeds, arena_size_m, _SEED_MARGIN_M))
+    if len(possible) == 0:
+        return None
+    if len(possible) > _MOST_SOLVED:
+        first = geometry.project(seeds[possible], leds[possible])
+        misfit = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
+        possible = possible[np.argsort(misfit)[:_MOST_SOLVED]]
+    spots, leds = spots[possible], leds[possible]
+    solutions = solve_poses(geometry, pixels_px[spots], sigmas_px[spots], leds, seeds[possible])
+    return solutions, spots, leds
+
+
+def _seeds(geometry: ImageGeometry, pixels_px: FloatArray, leds: NDArray[np.intp]) -> FloatArray:
+    """Return first guesses (r m, 3): by range and bearing, and by three bearings alone."""
+    slopes = (pixels_px - geometry.lens.centre_px) / geometry.lens.focal_px
+    places = geometry.leds_m[leds]
+    flat: NDArray[np.complex128] = places[..., 0] + 1j * places[..., 1]
+    rise_m = places[..., 2] - geometry.camera_height_m
+    seen_m = level_points(slopes, rise_m, geometry.tilt_rad)
+    seeds = align(flat, seen_m)
+    if leds.shape[1] != _TRIPLE:
+        return seeds
+    forward = np.cos(geometry.tilt_rad) + np.sin(geometry.tilt_rad) * slopes[..., 1]
+    rays = forward - 1j * slopes[..., 0]
+    bearings_only, _ = triangulate(flat, rays / np.abs(rays))
+    return np.concatenate([seeds, bearings_only])
+
+
+def _inside(
+    poses: FloatArray, arena_size_m: tuple[float, float], margin_m: float
+) -> NDArray[np.bool_]:
+    """Return which poses lie in the arena or at most a margin outside; False where NaN."""
+    width_m, length_m = arena_size_m
+    x, y = poses[:, 0], poses[:, 1]
+    inside: NDArray[np.bool_] = (
+        (x > -margin_m) & (x < width_m + margin_m) & (y > -margin_m) & (y < length_m + margin_m)
+    )
+    return inside
+
+
+def _differ(poses: FloatArray, leds: NDArray[np.intp], best: int) -> NDArray[np.bool_]:
+    """Return which solutions are another answer than the best one."""
+    away = np.abs(poses - poses[best])
+    turned = np.abs(np.remainder(away[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
+    moved = (away[:, :2].max(axis=1) > _SAME_M) | (turned > _SAME_RAD)
+    different: NDArray[np.bool_] = moved | (leds != leds[best]).any(axis=1)
+    return different

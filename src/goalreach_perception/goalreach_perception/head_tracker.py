@@ -1,0 +1,196 @@
+"""Where turret, pan and tilt should go: landmarks centred, or an ordered search for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+import math
+
+from goalreach_msgs_py.angles import wrap_angle
+from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.units import deg
+from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_perception.measurement_model import Lens
+
+__all__ = ['HeadConfig', 'HeadTracker']
+
+_AT_END_RAD = deg(4.0)
+_WIDER_RAD = deg(5.0)
+"""How much wider another pair of LEDs must be to change over to it. Chosen."""
+_REFINEMENTS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeadConfig:
+    """Ranges of the head and habits of its tracker."""
+
+    pan_limit_rad: float = parameter(
+        deg(87.0), 'Pan range to each side, rad (the paper: 174 deg in all)', minimum=0.0
+    )
+    tilt_minimum_rad: float = parameter(
+        deg(-20.0), 'Lower end of the tilt range, rad (the paper: 70 deg in all)'
+    )
+    tilt_maximum_rad: float = parameter(
+        deg(50.0), 'Upper end of the tilt range, rad (the paper: 70 deg in all)'
+    )
+    view_margin_px: float = parameter(
+        40.0, 'An LED nearer than this to the border of the image is not in view', minimum=0.0
+    )
+    search_tilt_rad: float = parameter(
+        deg(14.0), 'Tilt while searching, rad (chosen: LEDs rise 4 to 40 deg)'
+    )
+    search_lead_rad: float = parameter(
+        deg(60.0),
+        'How far ahead of itself the turret is sent while searching, rad (chosen)',
+        minimum=0.0,
+        maximum=3.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+
+class HeadTracker:
+    """Chooses joint targets, one set per image.
+
+    Tracking, the turret is sent to the azimuth of the landmarks and the pan joint makes up for
+    what the slow turret still lacks, so pan stays near zero. Searching, pan sweeps from end to
+    end, nearest end first, while the turret turns one way: all azimuths are seen in bounded time.
+
+    Args:
+        config: Ranges and habits.
+    """
+
+    def __init__(self, config: HeadConfig) -> None:
+        self._config = config
+        self._aim: tuple[int, ...] = ()
+        self._sweep = 0.0
+        self._turret_sign = 1.0
+        self._last_azimuth_rad: float | None = None
+        self._candidates: dict[int, tuple[tuple[int, ...], ...]] = {}
+
+    def search(self, joints: HeadAngles) -> HeadAngles:
+        """Return joint targets that look for landmarks.
+
+        Args:
+            joints: Encoder readings.
+        """
+        limit = self._config.pan_limit_rad
+        if self._sweep == 0.0:
+            self._sweep = 1.0 if joints.pan_rad >= 0.0 else -1.0
+            self._turret_sign = -self._sweep
+        if joints.pan_rad * self._sweep > limit - _AT_END_RAD:
+            self._sweep = -self._sweep
+        self._aim = ()
+        self._last_azimuth_rad = None
+        return HeadAngles(
+            turret_rad=joints.turret_rad + self._turret_sign * self._config.search_lead_rad,
+            pan_rad=self._sweep * limit,
+            tilt_rad=self._config.search_tilt_rad,
+        )
+
+    def track(
+        self,
+        joints: HeadAngles,
+        *,
+        heading_rad: float,
+        offsets_m: FloatArray,
+        biases_rad: tuple[float, float],
+        lens: Lens,
+    ) -> HeadAngles:
+        """Return joint targets that keep the landmarks in view one image later.
+
+        Args:
+            joints: Encoder readings.
+            heading_rad: Estimated heading.
+            offsets_m: (n, 3) believed LED minus optical centre in `map`.
+            biases_rad: Believed pan and tilt bias.
+            lens: The lens.
+        """
+        self._sweep = 0.0
+        azimuth, tilt = self._look_at(offsets_m.tolist(), lens)
+        turret_azimuth = heading_rad + joints.turret_rad
+        turning = 0.0
+        if self._last_azimuth_rad is not None:
+            turning = wrap_angle(turret_azimuth - self._last_azimuth_rad)
+        self._last_azimuth_rad = turret_azimuth
+        to_go = wrap_angle(azimuth - turret_azimuth)
+        limit = self._config.pan_limit_rad
+        return HeadAngles(
+            turret_rad=joints.turret_rad + to_go,
+            pan_rad=min(max(to_go - turning - biases_rad[0], -limit), limit),
+            tilt_rad=self._clip_tilt(tilt - biases_rad[1]),
+        )
+
+    def _clip_tilt(self, tilt_rad: float) -> float:
+        return min(max(tilt_rad, self._config.tilt_minimum_rad), self._config.tilt_maximum_rad)
+
+    def _look_at(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
+        """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all."""
+        azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
+        half_u, half_v = (lens.centre_px - self._config.view_margin_px) / lens.focal_px
+        best: tuple[float, float] | None = None
+        for leds in self._ordered(azimuths):
+            azimuth, tilt, reach_u, reach_v = self._centre(offsets_m, azimuths, leds)
+            best = best or (azimuth, tilt)
+            slack = 1.0 if leds == self._aim else 0.93
+            if reach_u <= half_u * slack and reach_v <= half_v * slack:
+                self._aim = leds
+                return azimuth, tilt
+        self._aim = ()
+        return best or (0.0, 0.0)
+
+    def _ordered(self, azimuths: Sequence[float]) -> list[tuple[int, ...]]:
+        """Return sets of LEDs, the most wanted first: all, pairs from wide to narrow, single."""
+        everything = tuple(range(len(azimuths)))
+        if self._aim in ((), everything):
+            first: list[tuple[int, ...]] = [everything]
+        else:
+            first = [everything]
+        pairs = [
+            (abs(wrap_angle(azimuths[j] - azimuths[i])) + _WIDER_RAD * ((i, j) == self._aim), i, j)
+            for i, j in combinations(everything, 2)
+        ]
+        pairs.sort(reverse=True)
+        return first + [(i, j) for _, i, j in pairs] + [(i,) for i in everything]
+
+    def _centre(
+        self,
+        offsets_m: Sequence[Sequence[float]],
+        azimuths: Sequence[float],
+        leds: tuple[int, ...],
+    ) -> tuple[float, float, float, float]:
+        """Return azimuth and tilt that centre some LEDs, and how far off they then are.
+
+        Returns:
+            Azimuth, tilt, and the largest slopes (offset / focal length) along u and v.
+        """
+        start = azimuths[leds[0]]
+        turns = [wrap_angle(azimuths[i] - start) for i in leds]
+        azimuth = start + 0.5 * (min(turns) + max(turns))
+        rises = [math.atan2(offsets_m[i][2], math.hypot(*offsets_m[i][:2])) for i in leds]
+        tilt = self._clip_tilt(0.5 * (min(rises) + max(rises)))
+        slopes: list[tuple[float, float]] = []
+        for step in range(_REFINEMENTS):
+            slopes = [_slopes(offsets_m[i], azimuth, tilt) for i in leds]
+            if step + 1 < _REFINEMENTS:
+                middle_u = 0.5 * (min(slopes)[0] + max(slopes)[0])
+                low, high = min(v for _, v in slopes), max(v for _, v in slopes)
+                azimuth -= math.atan(middle_u / math.cos(tilt))
+                tilt = self._clip_tilt(tilt - math.atan(0.5 * (low + high)))
+        reach_u = max(abs(u) for u, _ in slopes)
+        reach_v = max(abs(v) for _, v in slopes)
+        return azimuth, tilt, reach_u, reach_v
+
+
+def _slopes(offset_m: Sequence[float], azimuth: float, tilt: float) -> tuple[float, float]:
+    """Return (u, v) of a point in focal lengths; far outside where it is behind."""
+    x, y, z = offset_m
+    ca, sa, ct, st = math.cos(azimuth), math.sin(azimuth), math.cos(tilt), math.sin(tilt)
+    forward = ca * x + sa * y
+    depth = ct * forward + st * z
+    if depth <= 0.01:  # noqa: PLR2004 - one centimetre
+        return 9.0, 9.0
+    return (sa * x - ca * y) / depth, (st * forward - ct * z) / depth

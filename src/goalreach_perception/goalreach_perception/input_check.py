@@ -1,0 +1,52 @@
+"""What keeps an image and its companions from being used, as one clear phrase."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.values import HeadAngles, Odometry
+
+__all__ = ['image_fault', 'motion_fault', 'odometry_jump']
+
+
+def image_fault(image: object, camera: PinholeCamera) -> str:
+    """Return why an image cannot be used, or an empty text."""
+    if not isinstance(image, np.ndarray):
+        return f'image: not an array but {type(image).__name__}'
+    if image.dtype != np.uint8:
+        return f'image: {image.dtype}, expected uint8 (mono8)'
+    expected = (camera.height_px, camera.width_px)
+    if image.shape != expected:
+        return f'image: shape {image.shape}, expected {expected}'
+    return ''
+
+
+def motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
+    """Return why joint angles or odometry cannot be used, or an empty text."""
+    for name in ('turret_rad', 'pan_rad', 'tilt_rad'):
+        if not math.isfinite(getattr(joints, name)):
+            return f'joints: {name} is {getattr(joints, name)}'
+    pose = odometry.pose
+    for name in ('x_m', 'y_m', 'heading_rad'):
+        if not math.isfinite(getattr(pose, name)):
+            return f'odometry: {name} is {getattr(pose, name)}'
+    return ''
+
+
+def odometry_jump(
+    moved_m: float, turned_rad: float, dt_s: float, *, speed_m_per_s: float, turn_rad_per_s: float
+) -> bool:
+    """Return whether odometry moved as no robot can.
+
+    Args:
+        moved_m: Distance between two odometry poses.
+        turned_rad: Turn between them.
+        dt_s: Time between them.
+        speed_m_per_s: Fastest the robot drives.
+        turn_rad_per_s: Fastest it steers.
+    """
+    too_far = abs(moved_m) > 1.5 * speed_m_per_s * dt_s + 0.02
+    return too_far or abs(turned_rad) > 1.5 * turn_rad_per_s * dt_s + 0.05

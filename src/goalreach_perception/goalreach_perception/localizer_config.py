@@ -1,0 +1,97 @@
+"""Everything tunable of the localizer, as one value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.units import deg, inches
+from goalreach_msgs_py.values import FloatArray
+from goalreach_perception.association import AssociationConfig
+from goalreach_perception.detection import DetectionConfig
+from goalreach_perception.head_tracker import HeadConfig
+from goalreach_perception.pose_filter import FilterConfig
+
+__all__ = ['LocalizerConfig']
+
+_LEAST_COORDINATES = 9
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalizerConfig:
+    """What the localizer knows beforehand, which errors it expects, and its habits.
+
+    Raises:
+        ConfigurationError: A value is refused; the line names it.
+    """
+
+    landmarks_m: tuple[float, ...] = parameter(
+        tuple(coordinate for led in DEFAULT_LANDMARKS_M for coordinate in led),
+        'Surveyed places of the LEDs in `map`: x, y, z of each, m',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    arena_width_m: float = parameter(
+        WIDTH_M, 'Arena size along x, m (the paper: 140 in)', minimum=0.5, maximum=100.0
+    )
+    arena_length_m: float = parameter(
+        LENGTH_M, 'Arena size along y, m (the paper: 200 in)', minimum=0.5, maximum=100.0
+    )
+    camera_height_m: float = parameter(
+        1.10, 'Nominal height of the optical centre, m (chosen)', minimum=0.0, maximum=10.0
+    )
+    calibrate: bool = parameter(
+        False,
+        'Estimate LED places, camera height and focal length while driving',
+    )
+    robot_speed_m_per_s: float = parameter(
+        inches(24.0), 'Fastest the robot drives, m/s (Nomad 200: 24 in/s)', minimum=0.01
+    )
+    robot_turn_rad_per_s: float = parameter(
+        deg(60.0), 'Fastest the robot steers, rad/s (Nomad 200: 60 deg/s)', minimum=0.01
+    )
+    lost_after_frames: int = parameter(
+        5, 'Images in a row that must speak against a pose to give it up (chosen)', minimum=1
+    )
+    unseen_after_frames: int = parameter(
+        75, 'Images without any LED after which a pose is given up (chosen: 3 s)', minimum=1
+    )
+    pair_confirmations: int = parameter(
+        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=1
+    )
+    check_every_frames: int = parameter(
+        25, 'Every how many images the filter is checked against one image alone', minimum=1
+    )
+    noise: NoiseModel = field(default_factory=NoiseModel)
+    detection: DetectionConfig = field(default_factory=DetectionConfig)
+    association: AssociationConfig = field(default_factory=AssociationConfig)
+    filter: FilterConfig = field(default_factory=FilterConfig)
+    head: HeadConfig = field(default_factory=HeadConfig)
+
+    def __post_init__(self) -> None:
+        """Check every field, and that the coordinates are those of whole LEDs."""
+        check_fields(self)
+        if len(self.landmarks_m) < _LEAST_COORDINATES or len(self.landmarks_m) % 3:
+            raise ConfigurationError(
+                'landmarks_m', self.landmarks_m, 'x, y, z of each of at least three LEDs'
+            )
+
+    @classmethod
+    def for_arena(cls, arena: Arena, noise: NoiseModel) -> LocalizerConfig:
+        """Return the configuration for an arena and the errors to expect in it."""
+        return cls(
+            landmarks_m=tuple(float(c) for led in arena.landmarks_m for c in led),
+            arena_width_m=arena.width_m,
+            arena_length_m=arena.length_m,
+            noise=noise,
+        )
+
+    @property
+    def landmark_array_m(self) -> FloatArray:
+        """The surveyed LEDs, (n, 3), metres."""
+        return np.array(self.landmarks_m, dtype=np.float64).reshape(-1, 3)

@@ -1,0 +1,255 @@
+"""The extended Kalman filter over pose, biases and everything surveyed or measured beforehand.
+
+Odometry predicts, the pixels of all LEDs of an image correct at once: pan and tilt are read once
+per image, so their noise is common to its LEDs. The state vector is that of
+`measurement_model`. With `calibrate` the surveyed constants (LEDs, camera height, focal length)
+are estimated; without it they are considered (Schmidt, "Application of state-space methods to
+navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
+pose are kept, so the covariance is honest in both cases.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.camera import optical_rotation
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.units import deg
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.measurement_model import (
+    DRIFT,
+    FOCAL,
+    HEADING,
+    HEIGHT,
+    LEDS,
+    PAN_BIAS,
+    SCALE,
+    TILT_BIAS,
+    Lens,
+    project,
+    state_jacobian,
+)
+
+__all__ = ['FilterConfig', 'PoseFilter', 'Prediction']
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterConfig:
+    """Process noise and gates of the filter."""
+
+    slip_m_per_sqrt_m: float = parameter(
+        0.001,
+        'Random part of the odometry, m per square root of a metre (1 sigma; chosen)',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    heading_walk_rad_per_sqrt_m: float = parameter(
+        deg(0.02),
+        'Random part of the heading, rad per square root of a metre (1 sigma; chosen)',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    led_gate: float = parameter(
+        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', minimum=1.0
+    )
+    joint_gate: float = parameter(
+        32.0, 'Largest squared distance of all LEDs of an image together (p = 2e-5)', minimum=1.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Where the LEDs should be in an image, and how sure that is.
+
+    Attributes:
+        pixels_px: (n, 2) ideal pixels.
+        depth_m: (n,) distance along the optical axis, at least 0.05.
+        jacobian: (2 n, states) derivative by the state.
+        cross: (states, 2 n) covariance of state and pixels.
+        covariance: (2 n, 2 n) covariance of the pixels, encoder noise included, spots' own not.
+    """
+
+    pixels_px: FloatArray
+    depth_m: FloatArray
+    jacobian: FloatArray
+    cross: FloatArray
+    covariance: FloatArray
+
+
+class PoseFilter:
+    """An extended Kalman filter in Joseph form, with considered states.
+
+    Args:
+        config: Process noise.
+        noise: The errors to expect.
+        leds_m: (n, 3) surveyed places of the LEDs in `map`.
+        camera_height_m: Nominal height of the optical centre.
+        calibrate: Whether the surveyed constants are estimated too.
+
+    Attributes:
+        mean: The state vector.
+        covariance: Its covariance.
+    """
+
+    def __init__(
+        self,
+        config: FilterConfig,
+        noise: NoiseModel,
+        *,
+        leds_m: FloatArray,
+        camera_height_m: float,
+        calibrate: bool,
+    ) -> None:
+        self._config = config
+        self._camera_height_m = camera_height_m
+        self._calibrate = calibrate
+        self._encoder_sigma_rad = noise.pan_tilt_noise_rad
+        size = LEDS + leds_m.size
+        self._all_leds = np.arange(len(leds_m))
+        self._identity = np.eye(size)
+        self._transition = np.eye(size)
+        self.mean = np.zeros(size)
+        self.mean[LEDS:] = leds_m.reshape(-1)
+        sigmas = np.zeros(size)
+        sigmas[[PAN_BIAS, TILT_BIAS]] = noise.pan_tilt_bias_rad
+        sigmas[SCALE] = noise.odometry_scale_error
+        sigmas[DRIFT] = noise.odometry_drift_rad_per_m
+        sigmas[HEIGHT] = noise.camera_height_error_m
+        sigmas[FOCAL] = noise.focal_error
+        sigmas[LEDS:] = noise.survey_error_m
+        self.covariance = np.diag(sigmas**2)
+
+    @property
+    def pose(self) -> Pose2:
+        """The mean pose."""
+        x_m, y_m, heading_rad = self.mean[:3].tolist()
+        return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
+
+    @property
+    def leds_m(self) -> FloatArray:
+        """The believed places of the LEDs, (n, 3)."""
+        return self.mean[LEDS:].reshape(-1, 3)
+
+    @property
+    def camera_height_m(self) -> float:
+        """The believed height of the optical centre."""
+        return self._camera_height_m + float(self.mean[HEIGHT])
+
+    def start(self, pose: Pose2, sigma_m: float, sigma_rad: float) -> None:
+        """Take a new pose; what is known of everything else stays.
+
+        Args:
+            pose: The pose.
+            sigma_m: Its uncertainty per axis (1 sigma).
+            sigma_rad: The uncertainty of its heading.
+        """
+        self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
+        self.covariance[:3, :] = 0.0
+        self.covariance[:, :3] = 0.0
+        self.covariance[[0, 1, 2], [0, 1, 2]] = sigma_m**2, sigma_m**2, sigma_rad**2
+
+    def predict(self, before: Pose2, after: Pose2) -> None:
+        """Move by what the odometry moved.
+
+        Args:
+            before: Odometry pose at the last image.
+            after: Odometry pose now, in the same frame.
+        """
+        dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
+        turn = angle_difference(after.heading_rad, before.heading_rad)
+        if dx == 0.0 and dy == 0.0 and turn == 0.0:
+            return
+        distance = math.hypot(dx, dy)
+        _, _, heading, _, _, scale, drift = self.mean[:HEIGHT].tolist()
+        between = heading - before.heading_rad + 0.5 * drift * distance
+        cosine, sine = math.cos(between), math.sin(between)
+        east, north = cosine * dx - sine * dy, sine * dx + cosine * dy
+        self.mean[0] += (1.0 + scale) * east
+        self.mean[1] += (1.0 + scale) * north
+        self.mean[2] = wrap_angle(heading + turn + drift * distance)
+        if distance == 0.0:
+            return
+        matrix = self._transition
+        matrix[0, HEADING], matrix[1, HEADING] = -(1.0 + scale) * north, (1.0 + scale) * east
+        matrix[0, SCALE], matrix[1, SCALE] = east, north
+        matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
+        matrix[2, DRIFT] = distance
+        covariance = matrix @ self.covariance @ matrix.T
+        position_var = self._config.slip_m_per_sqrt_m**2 * distance
+        covariance[0, 0] += position_var
+        covariance[1, 1] += position_var
+        covariance[2, 2] += self._config.heading_walk_rad_per_sqrt_m**2 * distance
+        self.covariance = covariance
+
+    def expect(self, lens: Lens, joints: HeadAngles) -> Prediction:
+        """Return where the LEDs should be.
+
+        Args:
+            lens: The nominal lens.
+            joints: Encoder readings of the head.
+        """
+        x_m, y_m, heading, pan_bias, tilt_bias, _, _, height, focal = self.mean[:LEDS].tolist()
+        azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
+        rotation = optical_rotation(azimuth, joints.tilt_rad + tilt_bias)
+        centre = np.array([x_m, y_m, self._camera_height_m + height])
+        projection = project(self.leds_m - centre, rotation, lens.scaled(focal))
+        jacobian = state_jacobian(projection, self._all_leds, len(self.mean))
+        cross = self.covariance @ jacobian.T
+        covariance = jacobian @ cross
+        encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
+        covariance += encoders @ encoders.T
+        return Prediction(projection.pixels_px, projection.depth_m, jacobian, cross, covariance)
+
+    def correct(
+        self,
+        prediction: Prediction,
+        leds: NDArray[np.intp],
+        pixels_px: FloatArray,
+        sigmas_px: FloatArray,
+    ) -> float | None:
+        """Correct the state by the LEDs of one image, if they fit together.
+
+        Args:
+            prediction: What `expect` returned for this image.
+            leds: (k,) which LEDs are seen.
+            pixels_px: (k, 2) where.
+            sigmas_px: (k,) how sure, per axis.
+
+        Returns:
+            The squared distance of the pixels from their prediction, 2 k degrees of freedom; the
+            state is unchanged where it is above the joint gate. None where no LED is seen.
+        """
+        if len(leds) == 0:
+            return None
+        rows = np.empty(2 * len(leds), dtype=np.intp)
+        rows[0::2], rows[1::2] = 2 * leds, 2 * leds + 1
+        innovation = (pixels_px - prediction.pixels_px[leds]).reshape(-1)
+        covariance = prediction.covariance[rows[:, None], rows]
+        diagonal = np.repeat(sigmas_px * sigmas_px, 2)
+        covariance.flat[:: len(rows) + 1] += diagonal
+        inverse = np.linalg.inv(covariance)
+        distance = float(innovation @ inverse @ innovation)
+        if not distance <= self._config.joint_gate:
+            return distance
+        gain = prediction.cross[:, rows] @ inverse
+        if not self._calibrate:
+            gain[HEIGHT:] = 0.0
+        self.mean += gain @ innovation
+        self.mean[2] = wrap_angle(self.mean[2])
+        jacobian = prediction.jacobian[rows]
+        left = self._identity - gain @ jacobian
+        encoders = gain @ (jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad)
+        spots = gain * np.sqrt(diagonal)
+        joseph = left @ self.covariance @ left.T + encoders @ encoders.T + spots @ spots.T
+        self.covariance = 0.5 * (joseph + joseph.T)
+        return distance
