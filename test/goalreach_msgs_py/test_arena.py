@@ -1,0 +1,48 @@
+"""The arena as one checked value."""
+
+import pytest
+
+from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena, paper_starts
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import Pose2
+
+
+def test_the_paper_has_22_starts_at_the_borders() -> None:
+    arena = Arena()
+    assert len(set(arena.starts)) == 22
+    for start in arena.starts:
+        to_wall = min(start.x_m, start.y_m, arena.width_m - start.x_m, arena.length_m - start.y_m)
+        assert to_wall == pytest.approx(BODY_RADIUS_M + 0.1, abs=1e-3)
+        assert arena.regions.region_at(start.x_m, start.y_m) != arena.regions.goal
+
+
+def test_starts_are_mirror_images_left_and_right() -> None:
+    arena = Arena()
+    mirrored = {(round(arena.width_m - s.x_m, 2), round(s.y_m, 2)) for s in arena.starts}
+    for x, y in mirrored:
+        assert any(abs(s.x_m - x) < 0.02 and abs(s.y_m - y) < 0.02 for s in arena.starts)
+
+
+def test_starts_fit_another_arena() -> None:
+    regions = RegionMap(
+        x_knots_m=(0.0, 2.0, 2.5, 4.0, 4.5, 6.0), y_knots_m=(0.0, 2.0, 2.5, 4.0, 4.5, 7.0)
+    )
+    starts = paper_starts(width_m=6.0, length_m=7.0, regions=regions)
+    arena = Arena(width_m=6.0, length_m=7.0, regions=regions, starts=starts)
+    assert len(arena.starts) == 22
+
+
+@pytest.mark.parametrize(
+    ('change', 'field'),
+    [
+        ({'width_m': 0.5}, 'width_m'),
+        ({'landmarks_m': ((1.0, 0.0, 1.4),)}, 'landmarks_m'),
+        ({'landmarks_m': ((1.0, 0.0, 1.4),) * 2 + ((9.0, 0.0, 1.4),)}, r'landmarks_m\[2\]'),
+        ({'length_m': 6.0}, 'y_knots_m'),
+        ({'starts': (Pose2(x_m=0.1, y_m=1.0, heading_rad=0.0),)}, r'starts\[0\]'),
+    ],
+)
+def test_names_the_part_that_does_not_fit(change: dict[str, object], field: str) -> None:
+    with pytest.raises(ConfigurationError, match=field):
+        Arena(**change)  # type: ignore[arg-type]
