@@ -7,10 +7,10 @@ import math
 
 __all__ = ['TOUCH_M', 'Walls', 'first_crossing']
 
-TOUCH_M = 1e-9
-"""A gap of no more than this is contact; chosen, a thousandth of the overlap ever allowed."""
+TOUCH_M = 1e-12
+"""A gap of no more than this is contact; chosen, a thousand times the rounding of a coordinate."""
 
-_GRAZE = 1e-9
+_GRAZE = 1e-13
 """A motion whose component into the wall is smaller runs along it; chosen."""
 
 _BISECTIONS = 60
