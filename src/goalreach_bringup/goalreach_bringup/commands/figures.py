@@ -1,0 +1,81 @@
+"""The `figures` command: every figure of the paper, from data."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from goalreach_learning.policy import Policy
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = 'Draw every figure of the paper from a policy and an evaluation, as SVG and PNG'
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    parser.add_argument(
+        '--policy', type=Path, default=None, help='policy file; without it, learns one'
+    )
+    parser.add_argument(
+        '--evaluation',
+        type=Path,
+        default=None,
+        help='file of `evaluate --json` or `run --summary`, for the paths with all sensors',
+    )
+    parser.add_argument('--out', type=Path, default=Path('figures'), help='folder for the files')
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Draw and write the figures.
+
+    Raises:
+        GoalreachError: A file cannot be read or written.
+    """
+    from goalreach_bringup.figures.figure_file import write_figure
+
+    for name, figure in _figures(options, _policy(options)).items():
+        for file in write_figure(figure, options.out, name):
+            print(file)
+    if options.evaluation is None:
+        print('figure 7 (paths with the full sensor chain) needs --evaluation FILE: left out')
+    return 0
+
+
+def _policy(options: argparse.Namespace) -> Policy:
+    import numpy as np
+
+    from goalreach_learning.policy_file import read_policy
+    from goalreach_learning.training import train
+    from goalreach_msgs_py.arena import Arena
+
+    if options.policy is not None:
+        return read_policy(options.policy)
+    print('no --policy given: learning one')
+    return train(Arena(), rng=np.random.default_rng(options.seed)).policy
+
+
+def _figures(options: argparse.Namespace, policy: Policy) -> dict[str, Figure]:
+    from goalreach_bringup.figures import policy_figures, region_figures
+    from goalreach_bringup.figures.evaluation_file import read_evaluation
+    from goalreach_msgs_py.arena import Arena
+
+    arena = Arena(regions=policy.regions)
+    figures = {
+        'figure_1_state_space': region_figures.state_space(arena),
+        'figure_2_optimal_actions': policy_figures.optimal_actions(arena, policy),
+        'figure_3_crisp_paths': policy_figures.crisp_paths(arena, policy),
+        'figure_4_transition_areas': region_figures.transition_areas(arena),
+        'figure_5_membership_functions': region_figures.membership_functions(arena),
+        'figure_6_fuzzy_paths': policy_figures.blended_paths(arena, policy),
+    }
+    if options.evaluation is not None:
+        evaluation = read_evaluation(options.evaluation)
+        figures['figure_7_full_chain_paths'] = policy_figures.recorded_paths(
+            arena, evaluation.paths, evaluation.mode
+        )
+    return figures

@@ -1,0 +1,46 @@
+"""Figures as files: SVG and PNG, the same bytes for the same data."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from goalreach_msgs_py.atomic_file import write_bytes_atomically
+from goalreach_msgs_py.errors import FileFormatError
+
+__all__ = ['write_figure']
+
+_PNG_DPI = 160
+_SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
+
+
+def write_figure(figure: Figure, folder: Path, name: str) -> tuple[Path, ...]:
+    """Write a figure as `NAME.svg` and `NAME.png`.
+
+    Args:
+        figure: What to write.
+        folder: Where; made if it is not there.
+        name: Name without ending.
+
+    Returns:
+        The two files.
+
+    Raises:
+        FileFormatError: A file cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
+    files = []
+    for ending, metadata in (('svg', {'Date': None}), ('png', {'Software': None})):
+        content = BytesIO()
+        with rc_context(_SETTINGS):
+            figure.savefig(content, format=ending, dpi=_PNG_DPI, metadata=metadata)
+        files.append(folder / f'{name}.{ending}')
+        write_bytes_atomically(files[-1], content.getvalue())
+    return tuple(files)

@@ -1,0 +1,113 @@
+"""Driving a policy as a point without noise, delay or limits: what the policy itself draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from goalreach_learning.blending import blend_heading
+from goalreach_learning.environment import OptionEnvironment
+from goalreach_learning.policy import Policy
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2
+
+__all__ = ['Memberships', 'Track', 'blended_track', 'crisp_track']
+
+Memberships = Callable[[float, float], tuple[tuple[float, ...], tuple[float, ...]]]
+"""From a position (x, y), metres, to the memberships (3,) of x and (3,) of y."""
+
+_MAX_OPTIONS = 60
+_MAX_LENGTH_M = 30.0
+# Six times the arena's length; chosen. A path that long goes in circles.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Track:
+    """The path of a point.
+
+    Attributes:
+        points_m: Positions (n, 2) in `map`, metres; straight between them.
+        outcome: How it ended; TIMEOUT where it would go on for ever.
+    """
+
+    points_m: FloatArray
+    outcome: PathOutcome
+
+    @property
+    def length_m(self) -> float:
+        """Length of the path, metres."""
+        steps = np.diff(self.points_m, axis=0)
+        return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+
+
+def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: float = 0.0) -> Track:
+    """Return the path of the best actions, one after the other, as in the paper's Fig. 3.
+
+    Args:
+        arena: Walls and regions.
+        policy: What to follow.
+        start: Where to begin.
+        overshoot_m: Distance driven past a border before the next action, metres.
+    """
+    environment = OptionEnvironment(arena, overshoot_m=overshoot_m)
+    x_m, y_m = start.x_m, start.y_m
+    region = policy.regions.region_at(x_m, y_m)
+    points = [(x_m, y_m)]
+    outcome = PathOutcome.TIMEOUT
+    for _ in range(_MAX_OPTIONS):
+        if region == policy.regions.goal:
+            outcome = PathOutcome.GOAL
+            break
+        action = policy.greedy_action(region)
+        if action is None:
+            break
+        x_m, y_m, region, bumped, _ = environment.advance(x_m, y_m, region, action)
+        points.append((x_m, y_m))
+        if bumped:
+            outcome = PathOutcome.BUMP
+            break
+    return Track(points_m=np.array(points), outcome=outcome)
+
+
+def blended_track(
+    arena: Arena,
+    policy: Policy,
+    start: Pose2,
+    *,
+    mode: str,
+    memberships: Memberships,
+    step_m: float = 0.01,
+) -> Track:
+    """Return the path along the blended headings, as in the paper's Fig. 6.
+
+    Args:
+        arena: Walls and regions.
+        policy: What to follow.
+        start: Where to begin.
+        mode: One of `blending.MODES`.
+        memberships: The fuzzy state of a position.
+        step_m: Distance between two looks at the state, metres.
+    """
+    regions = policy.regions
+    x_m, y_m = start.x_m, start.y_m
+    heading_rad: float | None = None
+    points = [(x_m, y_m)]
+    outcome = PathOutcome.TIMEOUT
+    for _ in range(math.ceil(_MAX_LENGTH_M / step_m)):
+        if regions.region_at(x_m, y_m) == regions.goal:
+            outcome = PathOutcome.GOAL
+            break
+        blended = blend_heading(mode, *memberships(x_m, y_m), policy)
+        heading_rad = heading_rad if blended is None else blended
+        if heading_rad is None:
+            break
+        x_m += step_m * math.cos(heading_rad)
+        y_m += step_m * math.sin(heading_rad)
+        points.append((x_m, y_m))
+        if not arena.is_free(x_m, y_m):
+            outcome = PathOutcome.BUMP
+            break
+    return Track(points_m=np.array(points), outcome=outcome)
