@@ -28,7 +28,7 @@ class RealtimeClock:
     """
 
     def __init__(
-        self, node: Node, *, period_s: float, speed: float, tick: Callable[[], None]
+        self, node: Node, *, period_s: float, speed: float, tick: Callable[[], object]
     ) -> None:
         """Start the timer."""
         self._node = node

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 import math
 
 from rich.console import Console
-from rich.table import Table
 
 from goalreach_bringup.path_metrics import PathResult
-from goalreach_msgs_py.units import INCH_M
+from goalreach_bringup.terminal import show_paths_table
 
 __all__ = ['RunReport']
 
@@ -54,29 +53,10 @@ class RunReport:
         self, results: Sequence[PathResult], *, mode: str, sim_time_s: float, wall_time_s: float
     ) -> None:
         """Show the table at the end of a run."""
-        goals = sum(result.outcome == 'goal' for result in results)
-        table = Table(title=f'{goals} of {len(results)} paths reached the goal ({mode})')
-        table.add_column('per path')
-        for heading in ('mean', 'worst'):
-            table.add_column(heading, justify='right')
-        rows: tuple[tuple[str, list[float], float, int, str], ...] = (
-            ('time to the end', [r.duration_s for r in results], 1.0, 1, 's'),
-            ('length', [r.length_m for r in results], 1.0, 2, 'm'),
-            ('turning', [r.turning_rad for r in results], math.degrees(1), 0, 'deg'),
-            ('position error p95', [r.pose_error_m['p95'] for r in results], 1 / INCH_M, 2, 'in'),
-            (
-                'heading error p95',
-                [r.heading_error_rad['p95'] for r in results],
-                math.degrees(1),
-                2,
-                'deg',
-            ),
-        )
-        for name, values, factor, digits, unit in rows:
-            mean, worst = sum(values) / len(values) * factor, max(values) * factor
-            table.add_row(name, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
-        self._out.print(table)
-        self.say(
-            f'{sim_time_s:.1f} s simulated in {wall_time_s:.1f} s: '
-            f'{sim_time_s / wall_time_s:.1f} times real time'
+        show_paths_table(
+            results,
+            mode=mode,
+            sim_time_s=sim_time_s,
+            wall_time_s=wall_time_s,
+            console=self._out,
         )

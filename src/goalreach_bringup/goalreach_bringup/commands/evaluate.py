@@ -1,0 +1,126 @@
+"""The `evaluate` command: a policy driven through images, localizer and state in one process."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import time
+from typing import TYPE_CHECKING
+
+from goalreach_bringup.run.options import MODES
+from goalreach_msgs_py.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from goalreach_bringup.evaluation import EvaluationPlan, SessionResult
+    from goalreach_learning.policy import Policy
+    from goalreach_msgs_py.arena import Arena
+    from goalreach_msgs_py.values import Pose2
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
+
+_MAX_STARTS = 1_000_000
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's options."""
+    add = parser.add_argument
+    add(
+        '--policy', type=Path, metavar='FILE', help='policy to drive; without it, learns one first'
+    )
+    add('--mode', choices=MODES, default='fuzzy', help='how the heading is chosen')
+    add('--starts', default='paper', metavar='paper|random:N', help='where the paths begin')
+    add('--noise', default='nominal', metavar='none|nominal|harsh|FILE', help='sensor errors')
+    add('--jobs', type=int, default=1, metavar='N', help='processes; the result is the same')
+    add('--json', type=Path, metavar='FILE', help='write every path and the summary')
+    add('--quiet', action='store_true', help='show errors only')
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Drive all paths; return 0 where every one reached the goal, else 1.
+
+    Raises:
+        GoalreachError: An option or a file is refused.
+    """
+    from goalreach_bringup.evaluation import evaluate
+    from goalreach_bringup.summary_file import summarise, write_summary
+    from goalreach_bringup.terminal import progress_bar, show_paths_table
+
+    plan = _plan(options)
+    began_s = time.perf_counter()
+    with progress_bar('driving', total=len(plan.starts), quiet=options.quiet) as advance:
+        sessions = evaluate(plan, jobs=options.jobs, progress=advance)
+    wall_time_s = time.perf_counter() - began_s
+    paths = [path for session in sessions for path in session.paths]
+    sim_time_s = sum(path.duration_s for path in paths)
+    if options.json:
+        summary = summarise(
+            paths,
+            seed=options.seed,
+            mode=options.mode,
+            policy=str(options.policy or 'learned'),
+            sim_time_s=sim_time_s,
+            wall_time_s=wall_time_s,
+            config=_config(options, sessions),
+        )
+        write_summary(options.json, summary)
+    if not options.quiet:
+        show_paths_table(paths, mode=options.mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
+    return 0 if all(path.outcome == 'goal' for path in paths) else 1
+
+
+def _plan(options: argparse.Namespace) -> EvaluationPlan:
+    from goalreach_bringup.evaluation import EvaluationPlan
+    from goalreach_bringup.noise_file import choose_noise
+    from goalreach_bringup.run.plan import RunSeeds
+    from goalreach_learning.controller import ControllerConfig
+    from goalreach_msgs_py.arena import Arena
+
+    if options.seed < 0:
+        raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
+    if options.jobs < 1:
+        raise ConfigurationError('--jobs', options.jobs, 'a whole number >= 1')
+    arena = Arena()
+    seeds = RunSeeds.spawn(options.seed)
+    return EvaluationPlan(
+        arena=arena,
+        noise=choose_noise(options.noise),
+        policy=_policy(options.policy, arena, seeds.training),
+        controller=ControllerConfig(mode=options.mode),
+        starts=_starts(options.starts, arena, seeds.starts),
+        seed=seeds.simulator,
+    )
+
+
+def _policy(path: Path | None, arena: Arena, seed: int) -> Policy:
+    import numpy as np
+
+    from goalreach_learning.policy_file import read_policy
+    from goalreach_learning.training import train
+
+    if path is not None:
+        return read_policy(path)
+    return train(arena, rng=np.random.default_rng(seed)).policy
+
+
+def _starts(text: str, arena: Arena, seed: int) -> Sequence[Pose2]:
+    import numpy as np
+
+    from goalreach_bringup.run.plan import random_starts
+
+    if text == 'paper':
+        return arena.starts
+    kind, _, number = text.partition(':')
+    if kind != 'random' or not number.isdecimal() or not 0 < int(number) <= _MAX_STARTS:
+        raise ConfigurationError('--starts', text, 'paper, or random:N with N from 1 to 1000000')
+    return random_starts(arena, int(number), np.random.default_rng(seed))
+
+
+def _config(options: argparse.Namespace, sessions: Sequence[SessionResult]) -> dict[str, object]:
+    return {
+        'noise': options.noise,
+        'starts': options.starts,
+        'frames': sum(session.frames for session in sessions),
+    }

@@ -1,0 +1,94 @@
+"""What commands show: progress on stderr, tables on stdout, plain text off a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+import math
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from goalreach_bringup.path_metrics import PathResult
+from goalreach_msgs_py.units import INCH_M
+
+__all__ = ['progress_bar', 'show_paths_table']
+
+
+@contextmanager
+def progress_bar(
+    label: str, *, total: int, quiet: bool = False
+) -> Iterator[Callable[[int], None]]:
+    """Show a progress bar on stderr while the context lasts; nothing off a terminal.
+
+    Args:
+        label: What is going on.
+        total: Steps in all.
+        quiet: Whether to show nothing.
+
+    Yields:
+        A function that moves the bar on by a number of steps.
+    """
+    console = Console(stderr=True)
+    with Progress(
+        TextColumn('{task.description}'),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=quiet or not console.is_terminal,
+    ) as progress:
+        task = progress.add_task(label, total=total)
+        yield lambda steps: progress.advance(task, steps)
+
+
+def show_paths_table(
+    results: Sequence[PathResult],
+    *,
+    mode: str,
+    sim_time_s: float,
+    wall_time_s: float,
+    console: Console | None = None,
+) -> None:
+    """Show how many paths reached the goal and how they were driven.
+
+    Args:
+        results: The paths; nothing is shown where there are none.
+        mode: How they were driven.
+        sim_time_s: Simulated seconds.
+        wall_time_s: Seconds on the wall clock.
+        console: Where to show it; stdout if None.
+    """
+    if not results:
+        return
+    out = console or Console(highlight=False)
+    goals = sum(result.outcome == 'goal' for result in results)
+    table = Table(title=f'{goals} of {len(results)} paths reached the goal ({mode})')
+    table.add_column('per path')
+    for heading in ('mean', 'worst'):
+        table.add_column(heading, justify='right')
+    degrees = math.degrees(1.0)
+    rows: tuple[tuple[str, list[float], float, int, str], ...] = (
+        ('time to the end', [r.duration_s for r in results], 1.0, 1, 's'),
+        ('length', [r.length_m for r in results], 1.0, 2, 'm'),
+        ('turning', [r.turning_rad for r in results], degrees, 0, 'deg'),
+        ('position error p95', [r.pose_error_m['p95'] for r in results], 1 / INCH_M, 2, 'in'),
+        ('heading error p95', [r.heading_error_rad['p95'] for r in results], degrees, 2, 'deg'),
+    )
+    for name, values, factor, digits, unit in rows:
+        mean, worst = sum(values) / len(values) * factor, max(values) * factor
+        table.add_row(name, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
+    out.print(table)
+    speed = sim_time_s / max(wall_time_s, 1e-9)
+    out.print(
+        f'{sim_time_s:.1f} s simulated in {wall_time_s:.1f} s: {speed:.1f} times real time',
+        soft_wrap=True,
+    )
