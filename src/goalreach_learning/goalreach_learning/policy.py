@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-import math
 from typing import Any
 
 import numpy as np
@@ -16,42 +15,42 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import FloatArray, Region
 
-__all__ = ['Policy', 'best_action']
+__all__ = ['Policy', 'best_actions']
 
 _SHAPE = (3, 3, ACTION_COUNT)
+_DIRECTIONS = np.array(ACTION_DIRECTIONS)
+_DECIMALS = 9
 
 TIE_TOLERANCE = 0.02
 """Values this near the best count as equally good; chosen: less than a tenth of the step from
 one distance to the next, 1 - gamma = 0.1, that separates really different actions."""
 
 
-def best_action(
+def best_actions(
     q: FloatArray, visits: NDArray[np.int64], tolerance: float = TIE_TOLERANCE
-) -> int | None:
-    """Return the best action of one state, or None where none was ever tried.
+) -> NDArray[np.int64]:
+    """Return the best action of every state, or -1 where none was ever tried.
 
     Among actions of practically equal value (several headings lead on equally well) the one in
     the middle of them is taken: nearest to the mean of their directions, the best at a tie. It
     keeps away from walls and from region borders on both sides, where the outer ones do not.
 
     Args:
-        q: Q-values (8,).
-        visits: How often each action was tried, (8,); untried ones are not known, so not best.
+        q: Q-values (..., 8).
+        visits: How often each action was tried, (..., 8); untried ones are not known, so not best.
         tolerance: Largest difference from the best that counts as equal.
+
+    Returns:
+        Indices of actions, shape (...).
     """
-    tried = np.flatnonzero(visits > 0)
-    if not len(tried):
-        return None
-    best = float(q[tried].max())
-    equal = [int(k) for k in tried if q[k] >= best - tolerance]
-    mean_x = math.fsum(ACTION_DIRECTIONS[k][0] for k in equal)
-    mean_y = math.fsum(ACTION_DIRECTIONS[k][1] for k in equal)
-
-    def preference(k: int) -> tuple[float, float]:
-        along = ACTION_DIRECTIONS[k][0] * mean_x + ACTION_DIRECTIONS[k][1] * mean_y
-        return round(along, 9), float(q[k])
-
-    return max(equal, key=preference)
+    tried = visits > 0
+    known = np.where(tried, q, -np.inf)
+    equal = tried & (known >= known.max(axis=-1, keepdims=True) - tolerance)
+    mean = equal @ _DIRECTIONS
+    along = np.where(equal, np.round(mean @ _DIRECTIONS.T, _DECIMALS), -np.inf)
+    middle = equal & (along == along.max(axis=-1, keepdims=True))
+    best = np.where(middle, known, -np.inf).argmax(axis=-1)
+    return np.where(tried.any(axis=-1), best, -1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,15 +93,9 @@ class Policy:
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:
         """The best action [x][y] of every region; None for the goal and where never tried."""
-        return tuple(
-            tuple(
-                None
-                if (i, j) == self.regions.goal
-                else best_action(self.q[i, j], self.visits[i, j])
-                for j in range(3)
-            )
-            for i in range(3)
-        )
+        best = best_actions(self.q, self.visits)
+        best[self.regions.goal] = -1
+        return tuple(tuple(None if k < 0 else k for k in column) for column in best.tolist())
 
     def greedy_action(self, region: Region) -> int | None:
         """Return the best action of a region, or None where none was learned.
