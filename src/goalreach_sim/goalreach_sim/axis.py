@@ -62,7 +62,13 @@ class Axis:
         self._plan = []
 
     def go(self, velocity: float) -> None:
-        """Ramp to a velocity (clipped to `max_speed`) and keep it."""
+        """Ramp to a velocity (clipped to `max_speed`) and keep it.
+
+        Raises:
+            ValueError: The velocity is not finite.
+        """
+        if not math.isfinite(velocity):
+            raise ValueError(f'velocity {velocity!r} is not finite')
         target = min(max(velocity, -self.max_speed), self.max_speed)
         if target == self._target and self._goal is None:
             return
@@ -71,7 +77,16 @@ class Axis:
         self._plan = _ramp(self.velocity, target, self.acceleration)
 
     def move_by(self, distance: float) -> None:
-        """Move by a distance in the shortest time and stop there."""
+        """Move by a distance in the shortest time and stop there; stop now if `speed` is 0.
+
+        Raises:
+            ValueError: The distance is not finite.
+        """
+        if not math.isfinite(distance):
+            raise ValueError(f'distance {distance!r} is not finite')
+        if self.speed <= 0.0:
+            self.go(0.0)
+            return
         self._goal = self.position + distance
         self._target = 0.0
         self._plan_move(distance)

@@ -2,8 +2,9 @@
 
 With speed v0 + a t and heading h0 + w t + c t^2 / 2 the position is a Fresnel-like integral
 without an elementary form. Five-point Gauss-Legendre quadrature over panels in which the heading
-turns by at most a quarter radian leaves about 1e-13 of the distance as its error (its remainder is
-2e-13 times the tenth derivative over a unit panel, at worst about 945 (0.25)^5), so it counts as exact.
+turns by at most a quarter radian leaves about 1e-13 of the distance as its error (its remainder
+is 2e-13 times the tenth derivative over a unit panel, at worst about 945 (0.25)^5), so it counts
+as exact.
 """
 
 from __future__ import annotations

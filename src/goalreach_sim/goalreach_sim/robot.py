@@ -40,7 +40,7 @@ class Robot:
     Args:
         config: Limits of the axes.
         walls: What it may run into.
-        watchdog_s: Translation and steering ramp to rest when no drive command came for so long.
+        watchdog_s: All axes ramp to rest when no drive command came for so long after the last.
         odometry_scale: Distance by the encoders over distance driven.
         drift_rad_per_m: Turn of the base per metre driven, forwards or backwards.
 
@@ -81,8 +81,8 @@ class Robot:
         self._watchdog_left_s = math.inf
         self.x_m = self.y_m = self.base_yaw_rad = 0.0
 
-    def place(self, start: Pose2) -> None:
-        """Stand at a pose, all axes at zero; odometry starts there.
+    def place(self, start: Pose2, *, steering_rad: float = 0.0, turret_rad: float = 0.0) -> None:
+        """Stand at a pose, with the axes at given angles of the base; odometry starts there.
 
         Raises:
             ConfigurationError: The body would overlap a wall.
@@ -91,11 +91,12 @@ class Robot:
         if not clearance_m >= -TOUCH_M or not math.isfinite(start.heading_rad):
             point = (start.x_m, start.y_m, start.heading_rad)
             raise ConfigurationError('start_pose', point, 'a finite pose on the free floor')
-        for axis in (self.translation, self.steering, self.turret):
-            axis.place(0.0)
+        self.translation.place(0.0)
+        self.steering.place(steering_rad)
+        self.turret.place(turret_rad)
         self._watchdog_left_s = math.inf
         self.x_m, self.y_m = self.walls.clamp(start.x_m, start.y_m)
-        self.base_yaw_rad = start.heading_rad
+        self.base_yaw_rad = start.heading_rad - steering_rad
         self.define_odometry(start)
 
     def define_odometry(self, pose: Pose2) -> None:
@@ -105,6 +106,11 @@ class Robot:
     def feed_watchdog(self) -> None:
         """Note that a drive command came now."""
         self._watchdog_left_s = self.watchdog_s
+
+    def stop(self) -> None:
+        """Ramp all axes to rest."""
+        for axis in (self.translation, self.steering, self.turret):
+            axis.go(0.0)
 
     def drive(self, command: Twist2) -> None:
         """Take velocities (clipped to the limits) and feed the watchdog."""
@@ -149,16 +155,15 @@ class Robot:
 
     def advance(self, dt_s: float) -> None:
         """Let time pass."""
-        self.turret.advance(dt_s)
         left_s = dt_s
         while left_s > _NOTHING_S:
             step_s = self._advance_piece(min(left_s, self._watchdog_left_s))
+            self.turret.advance(step_s)
             left_s -= step_s
             self._watchdog_left_s -= step_s
             if self._watchdog_left_s <= _NOTHING_S:
                 self._watchdog_left_s = math.inf
-                self.translation.go(0.0)
-                self.steering.go(0.0)
+                self.stop()
 
     def _advance_piece(self, limit_s: float) -> float:
         """Go on while all accelerations are constant; return for how long that was."""

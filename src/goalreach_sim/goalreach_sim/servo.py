@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 __all__ = ['Servo']
 
 
@@ -37,7 +39,13 @@ class Servo:
         self.position_rad = self._target_rad = position_rad
 
     def go_to(self, target_rad: float) -> None:
-        """Take a new target, clipped to the range."""
+        """Take a new target, clipped to the range.
+
+        Raises:
+            ValueError: The target is not finite.
+        """
+        if not math.isfinite(target_rad):
+            raise ValueError(f'target {target_rad!r} is not finite')
         self._target_rad = min(max(target_rad, self._minimum_rad), self._maximum_rad)
 
     def advance(self, dt_s: float) -> None:

@@ -14,6 +14,7 @@ from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
 from goalreach_sim.contact import Walls
 from goalreach_sim.head import PanTiltHead
+from goalreach_sim.nomad200 import Nomad200
 from goalreach_sim.robot import Robot
 from goalreach_sim.run_errors import draw_run_errors
 from goalreach_sim.simulator_config import SimulatorConfig
@@ -61,6 +62,12 @@ class Simulator:
     Args:
         config: Robot, arena and the size of the errors.
         rng: Parent of the four generators.
+
+    Attributes:
+        config: As given.
+        robot: The mobile base, in SI units.
+        head: The pan/tilt head.
+        nomad: The same robot in the words and units of its host language.
     """
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
@@ -99,6 +106,7 @@ class Simulator:
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
         self._time_ns = 0
         self._period_ns = config.period_ns
+        self.nomad = Nomad200(self.robot, self.advance, self._period_ns * 1e-9)
         self.reset(config.start)
 
     @property

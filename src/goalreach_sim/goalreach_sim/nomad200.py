@@ -1,0 +1,249 @@
+"""The robot as its host computer talks to it: the verbs and the state vector of Nclient.h.
+
+Lengths are whole tenths of an inch, angles whole tenths of a degree, as on the machine. The class
+works on the same `Robot` that the simulator drives, so a program written in the host language
+runs in the arena, and a class with these verbs over a serial line could stand in its place.
+
+Two robots are behind it, as in the original simulator: the state vector tells where the encoders
+believe the robot is; where it really is, only the simulator's ground truth tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import math
+from typing import Final
+
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.units import INCH_M
+from goalreach_msgs_py.values import Pose2
+from goalreach_sim.axis import Axis
+from goalreach_sim.robot import Robot
+
+__all__ = [
+    'STATE_BUMPER',
+    'STATE_CONF_STEER',
+    'STATE_CONF_TURRET',
+    'STATE_CONF_X',
+    'STATE_CONF_Y',
+    'STATE_LENGTH',
+    'STATE_MOTOR_STATUS',
+    'STATE_SIM_SPEED',
+    'STATE_VEL_STEER',
+    'STATE_VEL_TRANS',
+    'STATE_VEL_TURRET',
+    'Nomad200',
+]
+
+STATE_SIM_SPEED: Final = 0
+STATE_BUMPER: Final = 33
+STATE_CONF_X: Final = 34
+STATE_CONF_Y: Final = 35
+STATE_CONF_STEER: Final = 36
+STATE_CONF_TURRET: Final = 37
+STATE_VEL_TRANS: Final = 38
+STATE_VEL_STEER: Final = 39
+STATE_VEL_TURRET: Final = 40
+STATE_MOTOR_STATUS: Final = 41
+STATE_LENGTH: Final = 45
+
+_TENTH_INCH_M = 0.1 * INCH_M
+_TENTH_DEGREE_RAD = math.radians(0.1)
+_TURN_TENTHS = 3600
+_REAL_TIME = 10
+_LONGEST_TIMEOUT_S = 255
+"""Timeouts travel as one byte."""
+
+
+class Nomad200:
+    """The host language on a robot. Every verb feeds the watchdog and refreshes the state.
+
+    Args:
+        robot: The robot, which somebody else may drive at the same time.
+        advance: Lets one period of time pass; `ws` and `zr` call it while they wait.
+        period_s: How long that is.
+
+    Attributes:
+        state: The state vector, `STATE_LENGTH` whole numbers: bit i of `STATE_BUMPER` is sensor
+            i; configuration by the encoders; velocities; bits 0, 1, 2 of `STATE_MOTOR_STATUS`
+            say that translation, steering, turret move (their order is chosen, not from a
+            source). Entries of sensors that this robot lacks are zero.
+    """
+
+    def __init__(self, robot: Robot, advance: Callable[[], None], period_s: float) -> None:
+        self.state = [0] * STATE_LENGTH
+        self._robot = robot
+        self._advance = advance
+        self._period_s = period_s
+        self._turret_zero_rad = 0.0
+        self._refresh()
+
+    def gs(self) -> None:
+        """Get the state."""
+        self._done()
+
+    def vm(self, translation: int, steering: int, turret: int) -> None:
+        """Move at velocities: 0.1 in/s and 0.1 deg/s, until another command or the timeout."""
+        for axis, unit, value in self._axes(translation, steering, turret):
+            axis.go(unit * value)
+        self._done()
+
+    def sp(self, translation: int, steering: int, turret: int) -> None:
+        """Set the speeds of relative moves: 0.1 in/s and 0.1 deg/s, clipped to the limits."""
+        for axis, unit, value in self._axes(translation, steering, turret):
+            axis.speed = min(abs(unit * value), axis.max_speed)
+        self._done()
+
+    def ac(self, translation: int, steering: int, turret: int) -> None:
+        """Set accelerations: 0.1 in/s^2 and 0.1 deg/s^2; they act from the next motion on.
+
+        Raises:
+            ConfigurationError: One is not positive.
+        """
+        for axis, unit, value in self._axes(translation, steering, turret):
+            if value <= 0:
+                raise ConfigurationError('ac', (translation, steering, turret), 'all positive')
+            axis.acceleration = unit * value
+        self._done()
+
+    def pr(self, translation: int, steering: int, turret: int) -> None:
+        """Move by distances: 0.1 inch and 0.1 degree, all axes at once."""
+        for axis, unit, value in self._axes(translation, steering, turret):
+            axis.move_by(unit * value)
+        self._done()
+
+    def st(self) -> None:
+        """Stop all axes, ramping down."""
+        self._robot.stop()
+        self._done()
+
+    def ws(self, *, translation: bool, steering: bool, turret: bool, timeout_s: int) -> bool:
+        """Wait until the chosen axes stand; return False where the time ran out first.
+
+        The watchdog goes on counting meanwhile, and may end the motion early.
+
+        Raises:
+            ConfigurationError: The timeout is not in 0 to 255.
+        """
+        _check_timeout('ws', timeout_s)
+        self._done()
+        left = math.ceil(timeout_s / self._period_s)
+        while left > 0 and self._is_moving(translation, steering, turret):
+            self._advance()
+            left -= 1
+        self._refresh()
+        return not self._is_moving(translation, steering, turret)
+
+    def zr(self) -> None:
+        """Align steering and turret with bumper zero, then set position and angles to zero.
+
+        Returns when the axes stand; the watchdog does not interrupt it.
+        """
+        robot = self._robot
+        robot.stop()
+        self._wait()
+        for axis in (robot.steering, robot.turret):
+            axis.move_by(-math.remainder(axis.position, math.tau))
+        self._wait()
+        robot.define_odometry(Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0))
+        self._turret_zero_rad = robot.turret.position
+        self._done()
+
+    def dp(self, x: int, y: int) -> None:
+        """Define the present position: 0.1 inch. The robot does not move."""
+        _check_whole('dp', x, y)
+        heading_rad = self._robot.odometry.pose.heading_rad
+        self._robot.define_odometry(
+            Pose2(x_m=x * _TENTH_INCH_M, y_m=y * _TENTH_INCH_M, heading_rad=heading_rad)
+        )
+        self._done()
+
+    def da(self, steering: int, turret: int) -> None:
+        """Define the present angles: 0.1 degree. The robot does not move."""
+        _check_whole('da', steering, turret)
+        pose = self._robot.odometry.pose
+        heading_rad = steering * _TENTH_DEGREE_RAD
+        self._robot.define_odometry(Pose2(x_m=pose.x_m, y_m=pose.y_m, heading_rad=heading_rad))
+        self._turret_zero_rad = self._robot.turret.position - turret * _TENTH_DEGREE_RAD
+        self._done()
+
+    def place_robot(self, x: int, y: int, steering: int, turret: int) -> None:
+        """Put both robots, the actual and the encoder one, at a configuration of `map`.
+
+        Bumper zero then looks along +x.
+
+        Raises:
+            ConfigurationError: The body would overlap a wall.
+        """
+        _check_whole('place_robot', x, y, steering, turret)
+        steering_rad = steering * _TENTH_DEGREE_RAD
+        start = Pose2(x_m=x * _TENTH_INCH_M, y_m=y * _TENTH_INCH_M, heading_rad=steering_rad)
+        turret_rad = turret * _TENTH_DEGREE_RAD
+        self._robot.place(start, steering_rad=steering_rad, turret_rad=turret_rad)
+        self._turret_zero_rad = 0.0
+        self._done()
+
+    def conf_tm(self, timeout_s: int) -> None:
+        """Set the watchdog: all motion stops when no command came for so long; 0 for never.
+
+        Raises:
+            ConfigurationError: The timeout is not in 0 to 255.
+        """
+        _check_timeout('conf_tm', timeout_s)
+        self._robot.watchdog_s = float(timeout_s) if timeout_s else math.inf
+        self._done()
+
+    def _axes(
+        self, translation: int, steering: int, turret: int
+    ) -> tuple[tuple[Axis, float, int], ...]:
+        _check_whole('(translation, steering, turret)', translation, steering, turret)
+        robot = self._robot
+        return (
+            (robot.translation, _TENTH_INCH_M, translation),
+            (robot.steering, _TENTH_DEGREE_RAD, steering),
+            (robot.turret, _TENTH_DEGREE_RAD, turret),
+        )
+
+    def _is_moving(self, translation: bool, steering: bool, turret: bool) -> bool:  # noqa: FBT001 - one flag per axis
+        robot = self._robot
+        return (
+            (translation and robot.translation.is_moving)
+            or (steering and robot.steering.is_moving)
+            or (turret and robot.turret.is_moving)
+        )
+
+    def _wait(self) -> None:
+        while self._is_moving(True, True, True):
+            self._robot.feed_watchdog()
+            self._advance()
+
+    def _done(self) -> None:
+        self._robot.feed_watchdog()
+        self._refresh()
+
+    def _refresh(self) -> None:
+        robot, state = self._robot, self.state
+        pose = robot.odometry.pose
+        turret_rad = robot.turret.position - self._turret_zero_rad
+        axes = (robot.translation, robot.steering, robot.turret)
+        state[STATE_SIM_SPEED] = _REAL_TIME
+        state[STATE_BUMPER] = sum(1 << i for i, pressed in enumerate(robot.bumpers) if pressed)
+        state[STATE_CONF_X] = round(pose.x_m / _TENTH_INCH_M)
+        state[STATE_CONF_Y] = round(pose.y_m / _TENTH_INCH_M)
+        state[STATE_CONF_STEER] = round(pose.heading_rad / _TENTH_DEGREE_RAD) % _TURN_TENTHS
+        state[STATE_CONF_TURRET] = round(turret_rad / _TENTH_DEGREE_RAD) % _TURN_TENTHS
+        state[STATE_VEL_TRANS] = round(axes[0].velocity / _TENTH_INCH_M)
+        state[STATE_VEL_STEER] = round(axes[1].velocity / _TENTH_DEGREE_RAD)
+        state[STATE_VEL_TURRET] = round(axes[2].velocity / _TENTH_DEGREE_RAD)
+        state[STATE_MOTOR_STATUS] = sum(1 << i for i, a in enumerate(axes) if a.velocity != 0.0)
+
+
+def _check_whole(verb: str, *values: int) -> None:
+    if any(isinstance(value, bool) or not isinstance(value, int) for value in values):
+        raise ConfigurationError(verb, values, 'whole numbers')
+
+
+def _check_timeout(verb: str, timeout_s: int) -> None:
+    _check_whole(verb, timeout_s)
+    if not 0 <= timeout_s <= _LONGEST_TIMEOUT_S:
+        raise ConfigurationError(verb, timeout_s, f'in 0 to {_LONGEST_TIMEOUT_S} seconds')
