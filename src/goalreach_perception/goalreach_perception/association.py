@@ -120,7 +120,7 @@ def identify(
         if len(pixels_px) < size:
             continue
         spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
-        fits = _solve(geometry, pixels_px, sigmas_px, spots, leds, arena_size_m)
+        fits = _solve(geometry, pixels_px, sigmas_px, spots, leds, arena_size_m=arena_size_m)
         if fits is None:
             continue
         solutions, spots, leds = fits
@@ -144,6 +144,7 @@ def _solve(
     sigmas_px: FloatArray,
     spots: NDArray[np.intp],
     leds: NDArray[np.intp],
+    *,
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
     """Solve all labellings whose first guess is possible."""
@@ -155,7 +156,8 @@ def _solve(
     if len(possible) == 0:
         return None
     if len(possible) > _MOST_SOLVED:
-        first = geometry.project(seeds[possible], leds[possible])
+        guesses = seeds[possible]
+        first = geometry.project(guesses, geometry.offsets_m(guesses, leds[possible]))
         misfit = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
         possible = possible[np.argsort(misfit)[:_MOST_SOLVED]]
     spots, leds = spots[possible], leds[possible]

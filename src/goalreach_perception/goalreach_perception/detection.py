@@ -25,11 +25,16 @@ Image = NDArray[np.uint8]
 
 _BACKGROUND_STEP = 44
 """Every 44th pixel of every 44th row is enough to tell the background. Chosen."""
-_HOT_PIXEL_SIGMA = 3.0
-_HOT_PIXEL_SHARE = 0.4
-"""A light with less than this part of the light of a lens's spot is a hot pixel. Chosen."""
-_WIDE_FACTOR = 2.2
-"""A spot wider than this many times the lens's is not a point of light. Chosen."""
+_NOISE_LEVEL = 4.0
+"""What stands less than this many sigma of noise above the background is not light. Chosen."""
+_SATURATED_DN = 250
+_HOT_PIXEL_SHARE = 0.45
+"""A spot with less than this part of the light its peak promises is a hot pixel. Chosen: spots
+have at least 0.6 of it, single pixels at most 0.4."""
+_WIDEST = 2.0
+_WIDEST_SATURATED = 9.0
+"""Largest variance of a spot over that of the lens. Chosen: an LED 0.35 m away, far into
+saturation, has 7.5; one that is not saturated at most 1.1."""
 _MAXIMUM_BRIGHT = 6000
 """More bright pixels than this are no set of LEDs: an overexposed image. Chosen."""
 
@@ -45,9 +50,9 @@ class DetectionConfig:
         maximum=255.0,
     )
     centroid_sigma_px: float = parameter(
-        0.04,
-        'Error of a bright spot per axis, px (1 sigma): sampling of the pixels (measured on '
-        'rendered spots, rounded up)',
+        0.025,
+        'Error of a bright spot per axis, px (1 sigma): sampling and saturation (measured on '
+        'rendered spots: 0.008 to 0.017)',
         minimum=0.001,
         maximum=5.0,
     )
@@ -69,13 +74,39 @@ class Spots:
 
     Attributes:
         pixels_px: (n, 2) centres (u, v); pixel (0, 0) is the top-left pixel's centre.
-        peaks_dn: (n,) greatest grey value of each.
-        good: (n,) whether it looks like an LED seen through this lens.
+        sigmas_px: (n,) standard deviation of the centre, per axis.
+        peaks_dn: Greatest grey value of each.
+        lit: Whether there is light at all.
+        good: Whether it looks like an LED seen through this lens.
     """
 
     pixels_px: FloatArray
-    peaks_dn: FloatArray
-    good: NDArray[np.bool_]
+    sigmas_px: FloatArray
+    peaks_dn: list[int]
+    lit: list[bool]
+    good: list[bool]
+
+    def __getitem__(self, rows: list[int]) -> Spots:
+        """Return some of the spots."""
+        if rows == list(range(len(self.peaks_dn))):
+            return self
+        return Spots(
+            self.pixels_px[rows],
+            self.sigmas_px[rows],
+            [self.peaks_dn[row] for row in rows],
+            [self.lit[row] for row in rows],
+            [self.good[row] for row in rows],
+        )
+
+    def __add__(self, other: Spots) -> Spots:
+        """Return these spots and then the others."""
+        return Spots(
+            np.concatenate([self.pixels_px, other.pixels_px]),
+            np.concatenate([self.sigmas_px, other.sigmas_px]),
+            self.peaks_dn + other.peaks_dn,
+            self.lit + other.lit,
+            self.good + other.good,
+        )
 
 
 class SpotDetector:
@@ -91,32 +122,18 @@ class SpotDetector:
         self, config: DetectionConfig, *, spot_sigma_px: float, read_noise_dn: float
     ) -> None:
         self._config = config
-        self._radius = math.ceil(4.0 * spot_sigma_px) + 1
+        self._near = math.ceil(4.0 * spot_sigma_px) + 1
+        self._radius = 2 * self._near
         self._noise_dn = max(read_noise_dn, 0.5)
+        self._light_per_peak = 2.0 * math.pi * spot_sigma_px**2
         self._variance_px2 = spot_sigma_px**2
-        axis = np.arange(2 * self._radius + 1) - float(self._radius)
-        self._powers = np.stack([np.ones_like(axis), axis, axis * axis], axis=1).astype(np.float32)
         self._border = math.ceil(3.0 * spot_sigma_px)
-
-    def sigma_px(self, peaks_dn: FloatArray) -> FloatArray:
-        """Return the standard deviation of a spot's place per axis, px.
-
-        The noise part is that of a centroid over a patch of N x N pixels of noise s: each pixel
-        pulls with its distance, so s sqrt(N^4 / 12) over the sum of the light, 2 pi sigma^2 peak.
-        Subtracting three sigma of noise leaves a small part of it (measured: below one fifth).
-
-        Args:
-            peaks_dn: Peaks above the background, grey values.
-        """
-        patch = 2.0 * self._radius + 1.0
-        pull = 0.2 * self._noise_dn * patch * patch / math.sqrt(12.0)
-        noise_px = pull / (2.0 * math.pi * self._variance_px2 * np.maximum(peaks_dn, 1.0))
-        sigma: FloatArray = np.hypot(self._config.centroid_sigma_px, noise_px)
-        return sigma
+        self._sums = _moment_sums(self._radius, self._near)
 
     def background_dn(self, image: Image) -> float:
         """Return the background of a frame from a sparse sample, grey values."""
-        return float(image[::_BACKGROUND_STEP, ::_BACKGROUND_STEP].mean())
+        sample = image[::_BACKGROUND_STEP, ::_BACKGROUND_STEP]
+        return float(np.add.reduce(sample, axis=None, dtype=np.float64)) / sample.size
 
     def in_windows(
         self,
@@ -124,7 +141,7 @@ class SpotDetector:
         centres_px: Sequence[Sequence[float]],
         halves_px: Sequence[int],
         *,
-        skip_px: Sequence[float] | None = None,
+        skip_px: Sequence[Sequence[float]] = (),
     ) -> Spots:
         """Find the brightest spot in each of several windows.
 
@@ -132,21 +149,21 @@ class SpotDetector:
             image: (height, width) grey values.
             centres_px: Where each window is centred, (u, v).
             halves_px: Half-width of each.
-            skip_px: A light at (u, v) to pass over, or None.
+            skip_px: A light (u, v) to pass over in each window, or nothing.
 
         Returns:
-            One spot per window; `good` is false where there is none.
+            One spot per window; `lit` and `good` are false where there is none.
         """
         height, width = image.shape
         corners: list[tuple[int, int]] = []
-        for (u, v), half in zip(centres_px, halves_px, strict=True):
+        for index, ((u, v), half) in enumerate(zip(centres_px, halves_px, strict=True)):
             left, top = max(0, int(u) - half), max(0, int(v) - half)
             window = image[top : max(0, int(v) + half + 1), left : max(0, int(u) + half + 1)]
             if window.size == 0 or left >= width or top >= height:
                 corners.append((-1, -1))
                 continue
-            if skip_px is not None:
-                window = self._without(window, skip_px[0] - left, skip_px[1] - top)
+            if skip_px:
+                window = self._without(window, skip_px[index][0] - left, skip_px[index][1] - top)
             _, _, _, place = cv2.minMaxLoc(window)
             corners.append((left + place[0], top + place[1]))
         return self._refine(image, corners, self.background_dn(image))
@@ -169,7 +186,7 @@ class SpotDetector:
         _, mask = cv2.threshold(image, min(level_dn, 255.0), 1, cv2.THRESH_BINARY)
         bright = cv2.countNonZero(mask)
         if not 0 < bright <= _MAXIMUM_BRIGHT:
-            return Spots(np.empty((0, 2)), np.empty(0), np.empty(0, dtype=np.bool_))
+            return self._refine(image, [], background_dn)
         places = cv2.findNonZero(mask).reshape(-1, 2)
         values = image[places[:, 1], places[:, 0]].astype(np.int16)
         corners: list[tuple[int, int]] = []
@@ -181,41 +198,88 @@ class SpotDetector:
             corners.append((int(u), int(v)))
             values[np.abs(places - places[best]).max(axis=1) <= self._radius] = -1
         spots = self._refine(image, corners, background_dn)
-        keep = np.flatnonzero(spots.good)[: self._config.maximum_spots]
-        return Spots(spots.pixels_px[keep], spots.peaks_dn[keep], spots.good[keep])
+        rows = [row for row, good in enumerate(spots.good) if good]
+        return spots[rows[: self._config.maximum_spots]]
 
     def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
-        """Return the centroids of patches around peaks, with the tests of their shape."""
+        """Return the centroids of patches around peaks, with the tests of their shape.
+
+        Read noise moves a centroid by noise / peak whatever the width of the spot, as measured
+        on rendered spots (the Cramer-Rao bound of a Gaussian spot is sqrt(2 / pi) of that).
+        """
+        count = len(corners)
+        moments = self._moments(image, corners, background_dn)
+        height, width = image.shape
+        right, bottom = width - 1 - self._border, height - 1 - self._border
+        pixels: list[tuple[float, float]] = []
+        peaks = [int(image[v, u]) if u >= 0 else 0 for u, v in corners]
+        good = [False] * count
+        for index, ((u, v), peak, row) in enumerate(zip(corners, peaks, moments, strict=True)):
+            light, sum_u, sum_v, sum_2 = row[4:] if peak >= _SATURATED_DN else row[:4]
+            light = max(light, 1e-3)
+            shift_u, shift_v = sum_u / light, sum_v / light
+            u_px, v_px = u + shift_u, v + shift_v
+            pixels.append((u_px, v_px))
+            variance = 0.5 * (sum_2 / light - shift_u * shift_u - shift_v * shift_v)
+            inside = self._border <= u_px <= right and self._border <= v_px <= bottom
+            good[index] = inside and self._like_an_led(peak, peak - background_dn, light, variance)
+        sigmas = [
+            math.hypot(
+                self._config.centroid_sigma_px, self._noise_dn / max(p - background_dn, 1.0)
+            )
+            for p in peaks
+        ]
+        return Spots(
+            np.array(pixels).reshape(-1, 2),
+            np.array(sigmas),
+            peaks,
+            [peak - background_dn >= self._config.minimum_peak_dn for peak in peaks],
+            good,
+        )
+
+    def _moments(
+        self, image: Image, corners: list[tuple[int, int]], background_dn: float
+    ) -> list[list[float]]:
+        """Return the moments of the light around each peak; nothing outside the image."""
         radius, size = self._radius, 2 * self._radius + 1
         height, width = image.shape
         patches = np.zeros((len(corners), size, size), dtype=np.float32)
-        centres = np.empty((len(corners), 2))
         for index, (u, v) in enumerate(corners):
-            left, top = (
-                min(max(u - radius, 0), width - size),
-                min(max(v - radius, 0), height - size),
-            )
-            centres[index] = left + radius, top + radius
-            if u >= 0:
+            left, top = u - radius, v - radius
+            if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
                 patches[index] = image[top : top + size, left : left + size]
-        peaks = patches.max(axis=(1, 2))
-        patches -= background_dn + _HOT_PIXEL_SIGMA * self._noise_dn
+            elif u >= 0:
+                part = image[max(top, 0) : top + size, max(left, 0) : left + size]
+                row, column = max(-top, 0), max(-left, 0)
+                patches[index, row : row + part.shape[0], column : column + part.shape[1]] = part
+        patches -= background_dn + _NOISE_LEVEL * self._noise_dn
         np.maximum(patches, 0.0, out=patches)
-        columns = patches.sum(axis=1) @ self._powers
-        rows = patches.sum(axis=2) @ self._powers
-        light = np.maximum(columns[:, 0], 1e-3)
-        shift_u, shift_v = columns[:, 1] / light, rows[:, 1] / light
-        spread = (columns[:, 2] + rows[:, 2]) / light - shift_u**2 - shift_v**2
-        pixels = centres
-        pixels[:, 0] += shift_u
-        pixels[:, 1] += shift_v
-        contrast = peaks - background_dn
-        good = (
-            (contrast >= self._config.minimum_peak_dn)
-            & (light >= _HOT_PIXEL_SHARE * 2.0 * math.pi * self._variance_px2 * contrast)
-            & (spread <= 2.0 * _WIDE_FACTOR**2 * self._variance_px2)
-            & (pixels >= self._border).all(axis=1)
-            & (pixels[:, 0] <= width - 1 - self._border)
-            & (pixels[:, 1] <= height - 1 - self._border)
-        )
-        return Spots(pixels, peaks.astype(np.float64), good)
+        moments: list[list[float]] = (patches.reshape(-1, size * size) @ self._sums).tolist()
+        return moments
+
+    def _like_an_led(
+        self, peak_dn: float, contrast_dn: float, light: float, variance_px2: float
+    ) -> bool:
+        """Return whether a spot's peak, light and width are those of a point through the lens.
+
+        A Gaussian cut off at the fraction q of its peak keeps 1 - q + q ln q of its light.
+        """
+        cut = _NOISE_LEVEL * self._noise_dn / max(contrast_dn, 1e-3)
+        if contrast_dn < self._config.minimum_peak_dn or cut >= 1.0:
+            return False
+        promised = self._light_per_peak * contrast_dn * (1.0 - cut + cut * math.log(cut))
+        widest = _WIDEST_SATURATED if peak_dn >= _SATURATED_DN else _WIDEST
+        return light >= _HOT_PIXEL_SHARE * promised and variance_px2 <= widest * self._variance_px2
+
+
+def _moment_sums(radius: int, near: int) -> NDArray[np.float32]:
+    """Return the matrix that takes a flat patch to its moments 1, u, v, u^2 + v^2.
+
+    Its first four columns look only at the inner part of the patch, the last four at all of it.
+    """
+    axis = np.arange(-radius, radius + 1, dtype=np.float64)
+    v, u = np.meshgrid(axis, axis, indexing='ij')
+    whole = np.stack([np.ones_like(u), u, v, u * u + v * v], axis=-1)
+    inner = whole * ((np.abs(u) <= near) & (np.abs(v) <= near))[..., None]
+    sums = np.concatenate([inner, whole], axis=-1).reshape(-1, 8)
+    return sums.astype(np.float32)

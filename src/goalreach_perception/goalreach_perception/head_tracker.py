@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 import math
@@ -18,7 +18,9 @@ __all__ = ['HeadConfig', 'HeadTracker']
 _AT_END_RAD = deg(4.0)
 _WIDER_RAD = deg(5.0)
 """How much wider another pair of LEDs must be to change over to it. Chosen."""
-_REFINEMENTS = 2
+_ENTRY_SLACK = 0.93
+"""A set of LEDs that was not looked at yet must fit into this part of the image. Chosen."""
+_LEAST_DEPTH_M = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +71,6 @@ class HeadTracker:
         self._sweep = 0.0
         self._turret_sign = 1.0
         self._last_azimuth_rad: float | None = None
-        self._candidates: dict[int, tuple[tuple[int, ...], ...]] = {}
 
     def search(self, joints: HeadAngles) -> HeadAngles:
         """Return joint targets that look for landmarks.
@@ -135,26 +136,25 @@ class HeadTracker:
         for leds in self._ordered(azimuths):
             azimuth, tilt, reach_u, reach_v = self._centre(offsets_m, azimuths, leds)
             best = best or (azimuth, tilt)
-            slack = 1.0 if leds == self._aim else 0.93
+            slack = 1.0 if leds == self._aim else _ENTRY_SLACK
             if reach_u <= half_u * slack and reach_v <= half_v * slack:
                 self._aim = leds
                 return azimuth, tilt
         self._aim = ()
         return best or (0.0, 0.0)
 
-    def _ordered(self, azimuths: Sequence[float]) -> list[tuple[int, ...]]:
-        """Return sets of LEDs, the most wanted first: all, pairs from wide to narrow, single."""
+    def _ordered(self, azimuths: Sequence[float]) -> Iterator[tuple[int, ...]]:
+        """Yield sets of LEDs, the most wanted first: all, pairs from wide to narrow, single."""
         everything = tuple(range(len(azimuths)))
-        if self._aim in ((), everything):
-            first: list[tuple[int, ...]] = [everything]
-        else:
-            first = [everything]
+        yield everything
         pairs = [
             (abs(wrap_angle(azimuths[j] - azimuths[i])) + _WIDER_RAD * ((i, j) == self._aim), i, j)
             for i, j in combinations(everything, 2)
         ]
-        pairs.sort(reverse=True)
-        return first + [(i, j) for _, i, j in pairs] + [(i,) for i in everything]
+        for _, i, j in sorted(pairs, reverse=True):
+            yield i, j
+        for i in everything:
+            yield (i,)
 
     def _centre(
         self,
@@ -172,25 +172,24 @@ class HeadTracker:
         azimuth = start + 0.5 * (min(turns) + max(turns))
         rises = [math.atan2(offsets_m[i][2], math.hypot(*offsets_m[i][:2])) for i in leds]
         tilt = self._clip_tilt(0.5 * (min(rises) + max(rises)))
-        slopes: list[tuple[float, float]] = []
-        for step in range(_REFINEMENTS):
-            slopes = [_slopes(offsets_m[i], azimuth, tilt) for i in leds]
-            if step + 1 < _REFINEMENTS:
-                middle_u = 0.5 * (min(slopes)[0] + max(slopes)[0])
-                low, high = min(v for _, v in slopes), max(v for _, v in slopes)
-                azimuth -= math.atan(middle_u / math.cos(tilt))
-                tilt = self._clip_tilt(tilt - math.atan(0.5 * (low + high)))
-        reach_u = max(abs(u) for u, _ in slopes)
-        reach_v = max(abs(v) for _, v in slopes)
-        return azimuth, tilt, reach_u, reach_v
+        places = [offsets_m[i] for i in leds]
+        left, right, top, bottom = _extent(places, azimuth, tilt)
+        azimuth -= math.atan(0.5 * (left + right) / math.cos(tilt))
+        tilt = self._clip_tilt(tilt - math.atan(0.5 * (top + bottom)))
+        left, right, top, bottom = _extent(places, azimuth, tilt)
+        return azimuth, tilt, max(-left, right), max(-top, bottom)
 
 
-def _slopes(offset_m: Sequence[float], azimuth: float, tilt: float) -> tuple[float, float]:
-    """Return (u, v) of a point in focal lengths; far outside where it is behind."""
-    x, y, z = offset_m
+def _extent(
+    offsets_m: Sequence[Sequence[float]], azimuth: float, tilt: float
+) -> tuple[float, float, float, float]:
+    """Return the least and greatest u and v of some points, in focal lengths."""
     ca, sa, ct, st = math.cos(azimuth), math.sin(azimuth), math.cos(tilt), math.sin(tilt)
-    forward = ca * x + sa * y
-    depth = ct * forward + st * z
-    if depth <= 0.01:  # noqa: PLR2004 - one centimetre
-        return 9.0, 9.0
-    return (sa * x - ca * y) / depth, (st * forward - ct * z) / depth
+    across: list[float] = []
+    down: list[float] = []
+    for x, y, z in offsets_m:
+        forward = ca * x + sa * y
+        depth = max(ct * forward + st * z, _LEAST_DEPTH_M)
+        across.append((sa * x - ca * y) / depth)
+        down.append((st * forward - ct * z) / depth)
+    return min(across), max(across), min(down), max(down)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -9,14 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.detection import Image, SpotDetector
+from goalreach_perception.detection import Image, SpotDetector, Spots
 from goalreach_perception.optics import Optics
-from goalreach_perception.pose_filter import Prediction
+from goalreach_perception.pose_filter import PoseFilter, Prediction, innovation_distance2
 
-__all__ = ['SeenLeds', 'find_predicted']
+__all__ = ['SeenLeds', 'correct_by', 'find_predicted']
 
 _WINDOW_SIGMAS = 4.0
 _LARGEST_HALF_PX = 80
+_BEHIND_M = 0.06
+"""At this depth an LED is not in front of the camera: just above the model's floor."""
+_BORDER_PX = 6.0
+"""Nearer to the border than this a spot may be cut. Chosen."""
 _MERGED_PX = 4.0
 """Two LEDs found nearer together than this are one spot, and of neither. Chosen."""
 
@@ -27,19 +32,47 @@ class SeenLeds:
 
     Attributes:
         leds: (k,) which.
-        raw_px: (k, 2) where in the image.
+        spots: Where in the image, k of them.
         pixels_px: (k, 2) the same with the lens's distortion removed.
-        sigmas_px: (k,) standard deviation per axis.
-        peaks_dn: (k,) grey values.
-        expected: (n,) which LEDs should have been seen, by the prediction.
+        expected: How many LEDs should have been seen, by the prediction.
     """
 
     leds: NDArray[np.intp]
-    raw_px: FloatArray
+    spots: Spots
     pixels_px: FloatArray
-    sigmas_px: FloatArray
-    peaks_dn: FloatArray
-    expected: list[bool]
+    expected: int
+
+    @property
+    def measured(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Which LEDs, where, and how sure: what the filter takes."""
+        return self.leds, self.pixels_px, self.spots.sigmas_px
+
+    def __getitem__(self, rows: list[int]) -> SeenLeds:
+        """Return some of them."""
+        return SeenLeds(self.leds[rows], self.spots[rows], self.pixels_px[rows], self.expected)
+
+
+def correct_by(state: PoseFilter, prediction: Prediction, seen: SeenLeds) -> SeenLeds | None:
+    """Correct a filter by the LEDs of an image, or by all but one where only those fit together.
+
+    Args:
+        state: The filter.
+        prediction: What it expected of this image.
+        seen: What was found.
+
+    Returns:
+        The LEDs that were used; None where there are none or they do not fit.
+    """
+    count = len(seen.leds)
+    if count == 0:
+        return None
+    if state.correct(prediction, *seen.measured) <= state.joint_gate:
+        return seen
+    if count <= 2:  # noqa: PLR2004 - of two one cannot tell which is wrong
+        return None
+    parts = [seen[[row for row in range(count) if row != out]] for out in range(count)]
+    best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
+    return best if state.correct(prediction, *best.measured) <= state.joint_gate else None
 
 
 def find_predicted(
@@ -53,6 +86,8 @@ def find_predicted(
 ) -> SeenLeds:
     """Return the LEDs that are where the filter expects them.
 
+    Where the brightest light of a window is not the LED, the second brightest is looked at.
+
     Args:
         image: (height, width) grey values.
         prediction: Where the LEDs should be.
@@ -61,49 +96,68 @@ def find_predicted(
         gate: Largest squared distance of a spot from its prediction, 2 degrees of freedom.
         window_half_px: Smallest half-width of a window.
     """
-    height, width = image.shape
+    leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
+    spots = detector.in_windows(image, centres, halves)
+    pixels = optics.to_ideal(spots.pixels_px)
+    near = _near(prediction, leds, spots, pixels, gate)
+    rows = [row for row in range(len(leds)) if spots.lit[row] and row not in near]
+    if rows:
+        others = detector.in_windows(
+            image,
+            [centres[row] for row in rows],
+            [halves[row] for row in rows],
+            skip_px=spots.pixels_px[rows].tolist(),
+        )
+        spots = spots + others
+        pixels = optics.to_ideal(spots.pixels_px)
+        leds += [leds[row] for row in rows]
+        near = _near(prediction, leds, spots, pixels, gate)
+    near = _apart(near, pixels)
+    named = np.array([leds[row] for row in near], dtype=np.intp)
+    return SeenLeds(named, spots[near], pixels[near], expected)
+
+
+def _windows(
+    prediction: Prediction, optics: Optics, shape: tuple[int, ...], half_px: int
+) -> tuple[list[int], list[list[float]], list[int], int]:
+    """Return the LEDs that may be in the image, their windows, and how many must be in it."""
+    height, width = shape
     variances = prediction.covariance.diagonal().tolist()
-    centres = optics.to_raw(prediction.pixels_px).tolist()
+    pixels = optics.to_raw(prediction.pixels_px).tolist()
     depths = prediction.depth_m.tolist()
-    windows: list[int] = []
+    leds: list[int] = []
     halves: list[int] = []
-    expected = [False] * len(centres)
-    for led, (u, v) in enumerate(centres):
+    expected = 0
+    for led, (u, v) in enumerate(pixels):
         spread = _WINDOW_SIGMAS * math.sqrt(max(variances[2 * led], variances[2 * led + 1]))
-        if not (depths[led] > 0.06 and spread < 1e4):  # noqa: PLR2004 - not just behind
+        if not (depths[led] > _BEHIND_M and spread < max(shape)):
             continue
-        half = min(int(spread) + window_half_px, _LARGEST_HALF_PX)
         if -spread < u < width + spread and -spread < v < height + spread:
-            windows.append(led)
-            halves.append(half)
-            edge = spread + 6.0
-            expected[led] = edge < u < width - edge and edge < v < height - edge
-    spots = detector.in_windows(image, [centres[led] for led in windows], halves)
-    sigmas = detector.sigma_px(spots.peaks_dn)
-    ideal = optics.to_ideal(spots.pixels_px)
-    kept = []
-    for row, led in enumerate(windows):
-        near = spots.good[row] and _distance2(prediction, led, ideal[row], sigmas[row]) <= gate
-        if not near and spots.peaks_dn[row] > detector.background_dn(image) + 10.0:
-            again = detector.in_windows(
-                image, [centres[led]], [halves[row]], skip_px=spots.pixels_px[row].tolist()
-            )
-            spots.pixels_px[row], spots.peaks_dn[row] = again.pixels_px[0], again.peaks_dn[0]
-            sigmas[row] = detector.sigma_px(again.peaks_dn)[0]
-            ideal[row] = optics.to_ideal(again.pixels_px)[0]
-            near = again.good[0] and _distance2(prediction, led, ideal[row], sigmas[row]) <= gate
-        if near:
-            kept.append(row)
-    kept = _apart(kept, ideal)
-    leds = np.array([windows[row] for row in kept], dtype=np.intp)
-    return SeenLeds(
-        leds, spots.pixels_px[kept], ideal[kept], sigmas[kept], spots.peaks_dn[kept], expected
-    )
+            leds.append(led)
+            halves.append(min(int(spread) + half_px, _LARGEST_HALF_PX))
+            edge = spread + _BORDER_PX
+            expected += edge < u < width - edge and edge < v < height - edge
+    return leds, [pixels[led] for led in leds], halves, expected
 
 
-def _distance2(prediction: Prediction, led: int, pixel: FloatArray, sigma_px: float) -> float:
+def _near(
+    prediction: Prediction, leds: list[int], spots: Spots, pixels_px: FloatArray, gate: float
+) -> list[int]:
+    """Return the rows of the spots that look like LEDs and lie within the gate."""
+    pixels, sigmas = pixels_px.tolist(), spots.sigmas_px.tolist()
+    return [
+        row
+        for row, good in enumerate(spots.good)
+        if good and _distance2(prediction, leds[row], pixels[row], sigmas[row]) <= gate
+    ]
+
+
+def _distance2(
+    prediction: Prediction, led: int, pixel_px: Sequence[float], sigma_px: float
+) -> float:
     """Return the squared distance of a spot from its prediction, 2 degrees of freedom."""
-    du, dv = (pixel - prediction.pixels_px[led]).tolist()
+    u, v = prediction.pixels_px[led].tolist()
+    du, dv = pixel_px[0] - u, pixel_px[1] - v
     block = prediction.covariance[2 * led : 2 * led + 2, 2 * led : 2 * led + 2]
     (uu, uv), (_, vv) = block.tolist()
     uu, vv = uu + sigma_px * sigma_px, vv + sigma_px * sigma_px

@@ -6,7 +6,6 @@ they are not. A pose is published as good only while the last images bore it out
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
 import math
 
 import numpy as np
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import (
-    FloatArray,
     HeadAngles,
     LandmarkObservation,
     Odometry,
@@ -26,70 +24,22 @@ from goalreach_perception.association import Fix, identify
 from goalreach_perception.detection import Image, SpotDetector
 from goalreach_perception.head_tracker import HeadTracker
 from goalreach_perception.input_check import image_fault, motion_fault, odometry_jump
-from goalreach_perception.landmark_tracking import SeenLeds, find_predicted
+from goalreach_perception.landmark_tracking import SeenLeds, correct_by, find_predicted
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.measurement_model import PAN_BIAS, TILT_BIAS
+from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput, anywhere
+from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
 from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.optics import Optics
 from goalreach_perception.pose_filter import PoseFilter
+from goalreach_perception.pose_watch import Mode, PoseWatch
 
 __all__ = ['LandmarkLocalizer', 'LocalizerConfig', 'LocalizerCounters', 'LocalizerOutput']
-
-SEARCHING, CONFIRMING, TRACKING = 'searching', 'confirming', 'tracking'
-DOUBTFUL, REFUSED = 'doubtful', 'refused'
 
 _START_SIGMA_M = 3.0
 _START_SIGMA_RAD = 1.0
 """Spread given to a pose before the image it was solved from corrects it: next to nothing."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LocalizerCounters:
-    """What happened since the start.
-
-    Attributes:
-        frames: Images used.
-        refused: Inputs that could not be used.
-        corrections: Images that corrected the filter.
-        gated: Images whose LEDs did not fit the filter.
-        acquired: Fixes from one image that started the filter.
-        lost: Times the pose was given up.
-    """
-
-    frames: int = 0
-    refused: int = 0
-    corrections: int = 0
-    gated: int = 0
-    acquired: int = 0
-    lost: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class LocalizerOutput:
-    """What one image led to.
-
-    Attributes:
-        estimate: The pose in `map`; while there is none, the middle of the arena with the
-            covariance of "anywhere in it, any heading".
-        landmarks: One entry per LED; None where it was not seen.
-        head_command: Joint targets.
-        mode: 'searching', 'confirming' (a pose from two LEDs, not yet believed), 'tracking',
-            'doubtful' (nothing is where it should be) or 'refused' (the input is unusable).
-        reason: Why the mode is not 'tracking', or an empty text.
-        counters: What happened since the start.
-    """
-
-    estimate: PoseEstimate
-    landmarks: tuple[LandmarkObservation | None, ...]
-    head_command: HeadAngles
-    mode: str
-    reason: str
-    counters: LocalizerCounters
-
-    @property
-    def diagnostics(self) -> dict[str, object]:
-        """Mode, reason and counters by name, for people."""
-        return {'mode': self.mode, 'reason': self.reason, **asdict(self.counters)}
+_TRIPLE = 3
+_REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 
 
 class LandmarkLocalizer:
@@ -102,7 +52,6 @@ class LandmarkLocalizer:
     def __init__(self, config: LocalizerConfig) -> None:
         self._config = config
         noise = config.noise
-        self._leds_m = config.landmark_array_m
         self._detector = SpotDetector(
             config.detection,
             spot_sigma_px=noise.spot_sigma_px,
@@ -111,22 +60,17 @@ class LandmarkLocalizer:
         self._filter = PoseFilter(
             config.filter,
             noise,
-            leds_m=self._leds_m,
+            leds_m=config.landmark_array_m,
             camera_height_m=config.camera_height_m,
             calibrate=config.calibrate,
         )
         self._head = HeadTracker(config.head)
-        self._mode = SEARCHING
-        self._reason = 'no fix yet'
-        self._misses = 0
-        self._confirmations = 0
-        self._unseen = 0
-        self._disagreements = 0
-        self._counts = LocalizerCounters()
+        self._watch = PoseWatch(config.watch)
+        self._counts = dict.fromkeys(LocalizerCounters.__dataclass_fields__, 0)
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
-        self._anywhere = _anywhere(config.arena_width_m, config.arena_length_m)
+        self._anywhere = anywhere(config.arena_width_m, config.arena_length_m)
 
     @property
     def filter(self) -> PoseFilter:
@@ -163,36 +107,32 @@ class LandmarkLocalizer:
             return self._refuse(fault)
         if self._optics is None or self._optics.camera != camera:
             self._optics = Optics(camera)
-        self._count('frames')
+        self._counts['frames'] += 1
         self._move(time_ns, odometry)
         seen: SeenLeds | None = None
-        if self._mode != SEARCHING:
+        if self._watch.mode is not Mode.SEARCHING:
             seen = self._follow(image, joints, self._optics)
-        if self._mode in (SEARCHING, DOUBTFUL):
+        if self._watch.mode in (Mode.SEARCHING, Mode.DOUBTFUL):
             seen = self._acquire(image, joints, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
         return self._output
 
-    def _count(self, name: str) -> None:
-        self._counts = replace(self._counts, **{name: getattr(self._counts, name) + 1})
-
     def _refuse(self, fault: str) -> LocalizerOutput:
         """Return the answer to an unusable input; the filter is left as it is."""
-        self._count('refused')
-        rest = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
+        self._counts['refused'] += 1
         return LocalizerOutput(
             estimate=self._anywhere,
-            landmarks=(None,) * len(self._leds_m),
-            head_command=rest if self._output is None else self._output.head_command,
-            mode=REFUSED,
+            landmarks=(None,) * (len(self._config.landmarks_m) // 3),
+            head_command=_REST if self._output is None else self._output.head_command,
+            mode=Mode.REFUSED.value,
             reason=fault,
-            counters=self._counts,
+            counters=LocalizerCounters(**self._counts),
         )
 
     def _move(self, time_ns: int, odometry: Odometry) -> None:
         """Predict by odometry; give the pose up where odometry jumped."""
         now = odometry.pose
-        if self._last is not None and self._mode != SEARCHING:
+        if self._last is not None and self._watch.mode is not Mode.SEARCHING:
             before_ns, before = self._last
             jumped = odometry_jump(
                 math.hypot(now.x_m - before.x_m, now.y_m - before.y_m),
@@ -208,9 +148,8 @@ class LandmarkLocalizer:
         self._last = (time_ns, now)
 
     def _lose(self, reason: str) -> None:
-        self._count('lost')
-        self._mode, self._reason = SEARCHING, reason
-        self._misses = self._unseen = self._confirmations = self._disagreements = 0
+        self._counts['lost'] += 1
+        self._watch.lose(reason)
 
     def _follow(self, image: Image, joints: HeadAngles, optics: Optics) -> SeenLeds:
         """Correct the filter by the LEDs that are where they should be."""
@@ -223,110 +162,102 @@ class LandmarkLocalizer:
             gate=self._config.filter.led_gate,
             window_half_px=self._config.detection.window_half_px,
         )
-        gate = self._config.filter.joint_gate
-        distance = self._filter.correct(prediction, seen.leds, seen.pixels_px, seen.sigmas_px)
-        used = len(seen.leds) if distance is not None and distance <= gate else 0
-        if used:
-            self._count('corrections')
-        elif distance is not None:
-            self._count('gated')
-        self._judge(used, sum(seen.expected))
-        return seen
+        used = correct_by(self._filter, prediction, seen)
+        if used is not None:
+            self._counts['corrections'] += 1
+        elif len(seen.leds):
+            self._counts['gated'] += 1
+        self._watch.judge(0 if used is None else len(used.leds), seen.expected)
+        if self._watch.mode is Mode.SEARCHING:
+            self._counts['lost'] += 1
+        elif used is not None and len(used.leds) >= _TRIPLE and self._watch.check_due():
+            self._check(used, joints, optics)
+        return seen if used is None else used
 
-    def _judge(self, used: int, expected: int) -> None:
-        """Decide from the LEDs used and expected whether the pose can still be believed."""
-        config = self._config
-        bad = expected > 0 and used < max(1, expected - 1)
-        self._misses = self._misses + 1 if bad else 0
-        self._unseen = 0 if used else self._unseen + 1
-        if self._mode == CONFIRMING:
-            if bad or not used:
-                self._lose('two LEDs were not confirmed')
-                return
-            self._confirmations += used >= 2  # noqa: PLR2004 - a pair
-            if self._confirmations < config.pair_confirmations:
-                return
-        if self._misses >= config.lost_after_frames:
-            self._lose('LEDs are not where they should be')
-        elif self._unseen >= config.unseen_after_frames:
-            self._lose('no LED seen for too long')
-        elif used == 0 and expected >= 2:  # noqa: PLR2004 - two dropouts at once are rare
-            self._mode, self._reason = DOUBTFUL, 'none of the expected LEDs is seen'
-        elif self._mode != DOUBTFUL or used:
-            self._mode, self._reason = TRACKING, ''
+    def _check(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
+        """Compare the filter with what the image alone says; believe the image if need be."""
+        fix = self._identify(seen, joints, optics)
+        if fix is None:
+            return
+        mean = self._filter.mean
+        azimuth = mean[HEADING] + mean[PAN_BIAS] + joints.turret_rad + joints.pan_rad
+        turned = angle_difference(azimuth, fix.azimuth_rad)
+        difference = np.array([mean[0] - fix.x_m, mean[1] - fix.y_m, turned])
+        to_azimuth = np.zeros((3, len(mean)))
+        to_azimuth[[0, 1, 2, 2], [0, 1, HEADING, PAN_BIAS]] = 1.0
+        covariance = to_azimuth @ self._filter.covariance @ to_azimuth.T
+        covariance += np.linalg.inv(fix.information)
+        covariance[2, 2] += self._config.noise.pan_tilt_noise_rad**2
+        distance2 = float(difference @ np.linalg.solve(covariance, difference))
+        self._counts['contradicted'] += distance2 > self._config.watch.check_gate
+        if self._watch.checked(distance2):
+            self._counts['lost'] += 1
+            self._restart(fix, seen, joints, optics)
 
     def _acquire(self, image: Image, joints: HeadAngles, optics: Optics) -> SeenLeds | None:
         """Start the filter anew where one image tells the pose."""
         spots = self._detector.in_frame(image)
-        pixels = optics.to_ideal(spots.pixels_px)
-        sigmas = self._detector.sigma_px(spots.peaks_dn)
-        fix = self._identify(pixels, sigmas, joints, optics)
-        if fix is None or (self._mode == DOUBTFUL and len(fix.leds) < 3):  # noqa: PLR2004
+        unnamed = np.empty(0, dtype=np.intp)
+        lights = SeenLeds(unnamed, spots, optics.to_ideal(spots.pixels_px), 0)
+        fix = self._identify(lights, joints, optics)
+        if fix is None or (self._watch.mode is Mode.DOUBTFUL and len(fix.leds) < _TRIPLE):
             return None
         seen = SeenLeds(
-            fix.leds,
-            spots.pixels_px[fix.spots],
-            pixels[fix.spots],
-            sigmas[fix.spots],
-            spots.peaks_dn[fix.spots],
-            [],
+            fix.leds, spots[fix.spots.tolist()], lights.pixels_px[fix.spots], len(fix.leds)
         )
-        return seen if self._restart(fix, seen, joints, optics) else None
+        self._restart(fix, seen, joints, optics)
+        return seen
 
-    def _identify(
-        self, pixels_px: FloatArray, sigmas_px: FloatArray, joints: HeadAngles, optics: Optics
-    ) -> Fix | None:
+    def _identify(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
+        """Return the pose and labelling that explain the lights of an image, or None."""
         state = self._filter
         geometry = ImageGeometry(
             leds_m=state.leds_m,
             camera_height_m=state.camera_height_m,
             tilt_rad=joints.tilt_rad + float(state.mean[TILT_BIAS]),
-            lens=optics.lens,
+            lens=optics.lens.scaled(state.focal_error),
             nuisance_covariance=state.covariance,
             tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
         )
-        size_m = (self._config.arena_width_m, self._config.arena_length_m)
         return identify(
-            geometry, pixels_px, sigmas_px, arena_size_m=size_m, config=self._config.association
+            geometry,
+            seen.pixels_px,
+            seen.spots.sigmas_px,
+            arena_size_m=(self._config.arena_width_m, self._config.arena_length_m),
+            config=self._config.association,
         )
 
-    def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> bool:
+    def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         heading = wrap_angle(fix.azimuth_rad - turned)
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading)
         self._filter.start(pose, _START_SIGMA_M, _START_SIGMA_RAD)
         prediction = self._filter.expect(optics.lens, joints)
-        self._filter.correct(prediction, seen.leds, seen.pixels_px, seen.sigmas_px)
-        self._count('acquired')
-        self._misses = self._unseen = self._confirmations = self._disagreements = 0
-        sure = len(seen.leds) > 2  # noqa: PLR2004 - a pair is confirmed first
-        self._mode = TRACKING if sure else CONFIRMING
-        self._reason = '' if sure else 'a pose from two LEDs waits for confirmation'
-        return True
+        self._filter.correct(prediction, *seen.measured)
+        self._counts['acquired'] += 1
+        self._watch.start(len(seen.leds))
 
     def _answer(
         self, seen: SeenLeds | None, joints: HeadAngles, optics: Optics
     ) -> LocalizerOutput:
         """Compose the output."""
-        state = self._filter
-        landmarks: list[LandmarkObservation | None] = [None] * len(self._leds_m)
+        state, mode = self._filter, self._watch.mode
+        landmarks: list[LandmarkObservation | None] = [None] * len(state.leds_m)
         if seen is not None:
-            for led, (u, v), peak in zip(
-                seen.leds.tolist(), seen.raw_px.tolist(), seen.peaks_dn.tolist(), strict=True
-            ):
-                landmarks[led] = LandmarkObservation(u_px=u, v_px=v, peak_dn=peak)
+            places, peaks = seen.spots.pixels_px.tolist(), seen.spots.peaks_dn
+            for led, (u, v), peak in zip(seen.leds.tolist(), places, peaks, strict=True):
+                landmarks[led] = LandmarkObservation(u_px=u, v_px=v, peak_dn=float(peak))
         estimate = self._anywhere
-        if self._mode == TRACKING:
+        if mode is Mode.TRACKING:
             estimate = PoseEstimate(pose=state.pose, covariance=state.covariance[:3, :3].copy())
-        if self._mode == SEARCHING:
+        if mode is Mode.SEARCHING:
             command = self._head.search(joints)
         else:
-            centre = np.array([*state.mean[:2].tolist(), state.camera_height_m])
             command = self._head.track(
                 joints,
-                heading_rad=float(state.mean[2]),
-                offsets_m=state.leds_m - centre,
+                heading_rad=float(state.mean[HEADING]),
+                offsets_m=state.led_offsets_m,
                 biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
                 lens=optics.lens,
             )
@@ -334,14 +265,7 @@ class LandmarkLocalizer:
             estimate=estimate,
             landmarks=tuple(landmarks),
             head_command=command,
-            mode=self._mode,
-            reason=self._reason,
-            counters=self._counts,
+            mode=mode.value,
+            reason=self._watch.reason,
+            counters=LocalizerCounters(**self._counts),
         )
-
-
-def _anywhere(width_m: float, length_m: float) -> PoseEstimate:
-    """Return the pose of a robot that may be anywhere in the arena: uniform, every heading."""
-    variances = [width_m**2 / 12.0, length_m**2 / 12.0, math.pi**2 / 3.0]
-    middle = Pose2(x_m=0.5 * width_m, y_m=0.5 * length_m, heading_rad=0.0)
-    return PoseEstimate(pose=middle, covariance=np.diag(variances))

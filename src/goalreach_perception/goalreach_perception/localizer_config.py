@@ -16,6 +16,7 @@ from goalreach_perception.association import AssociationConfig
 from goalreach_perception.detection import DetectionConfig
 from goalreach_perception.head_tracker import HeadConfig
 from goalreach_perception.pose_filter import FilterConfig
+from goalreach_perception.pose_watch import WatchConfig
 
 __all__ = ['LocalizerConfig']
 
@@ -55,22 +56,11 @@ class LocalizerConfig:
     robot_turn_rad_per_s: float = parameter(
         deg(60.0), 'Fastest the robot steers, rad/s (Nomad 200: 60 deg/s)', minimum=0.01
     )
-    lost_after_frames: int = parameter(
-        5, 'Images in a row that must speak against a pose to give it up (chosen)', minimum=1
-    )
-    unseen_after_frames: int = parameter(
-        75, 'Images without any LED after which a pose is given up (chosen: 3 s)', minimum=1
-    )
-    pair_confirmations: int = parameter(
-        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=1
-    )
-    check_every_frames: int = parameter(
-        25, 'Every how many images the filter is checked against one image alone', minimum=1
-    )
     noise: NoiseModel = field(default_factory=NoiseModel)
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
+    watch: WatchConfig = field(default_factory=WatchConfig)
     head: HeadConfig = field(default_factory=HeadConfig)
 
     def __post_init__(self) -> None:

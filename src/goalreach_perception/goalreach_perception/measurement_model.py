@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import FloatArray
@@ -37,6 +36,7 @@ __all__ = [
     'TILT_BIAS',
     'Lens',
     'Projection',
+    'offset_derivatives',
     'project',
     'state_jacobian',
 ]
@@ -86,16 +86,14 @@ class Projection:
     Attributes:
         pixels_px: (..., k, 2) pixels (u, v).
         depth_m: (..., k) distance along the optical axis; not above 0.05 where behind.
-        by_led: (..., k, 2, 3) derivative by the LED's place; minus that by the camera's.
-        by_azimuth: (..., k, 2) derivative by the azimuth of the optical axis.
+        by_offset: (..., k, 2, 3) derivative by the place of the LED relative to the camera.
         by_tilt: (..., k, 2) derivative by the tilt.
         by_focal: (..., k, 2) derivative by the relative error of the focal length.
     """
 
     pixels_px: FloatArray
     depth_m: FloatArray
-    by_led: FloatArray
-    by_azimuth: FloatArray
+    by_offset: FloatArray
     by_tilt: FloatArray
     by_focal: FloatArray
 
@@ -104,8 +102,7 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
     """Project LEDs into a camera and differentiate.
 
     With P = R d the LED in the optical frame and s = (P_x, P_y) / P_z, the pixel is c + f s;
-    its derivative by d is f / P_z (R_xy - s R_z). A turn of the axis by dA moves d by
-    (d_y, -d_x, 0) dA as the camera sees it; a tilt by dT moves P by (0, P_z, -P_y) dT.
+    its derivative by d is f / P_z (R_xy - s R_z). A tilt by dT moves P by (0, P_z, -P_y) dT.
 
     Args:
         offsets_m: (..., k, 3) LED minus optical centre in `map`, metres.
@@ -120,36 +117,45 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
     slopes = in_camera_m[..., :2] / depth_m
     rays_px = slopes * lens.focal_px
     turned = rotation[..., None, :2, :] - slopes[..., None] * rotation[..., None, 2:, :]
-    by_led = (lens.focal_px / depth_m)[..., None] * turned
-    by_azimuth = by_led[..., 0] * offsets_m[..., 1:2] - by_led[..., 1] * offsets_m[..., :1]
+    by_offset = (lens.focal_px / depth_m)[..., None] * turned
     by_tilt = rays_px * slopes[..., 1:]
     by_tilt[..., 1] += lens.focal_px[1]
-    return Projection(
-        lens.centre_px + rays_px, depth_m[..., 0], by_led, by_azimuth, by_tilt, rays_px
-    )
+    return Projection(lens.centre_px + rays_px, depth_m[..., 0], by_offset, by_tilt, rays_px)
 
 
-def state_jacobian(projection: Projection, leds: NDArray[np.intp], state_size: int) -> FloatArray:
-    """Return the derivative of the pixels by the whole state vector.
-
-    Args:
-        projection: k LEDs, with or without leading batch axes of one dimension.
-        leds: (..., k) index of the LED of each row.
-        state_size: Length of the state vector.
+def offset_derivatives(led_count: int) -> FloatArray:
+    """Return how each LED moves relative to the camera with the state, turning left out.
 
     Returns:
-        (..., 2 k, state_size), rows u_0, v_0, u_1, v_1, ...
+        (n, 3, 9 + 3 n): minus one for the camera's x, y and height, one for the LED's own place.
     """
-    shape = projection.pixels_px.shape
-    jacobian = np.zeros((*shape, state_size))
-    jacobian[..., :2] = -projection.by_led[..., :2]
-    jacobian[..., HEADING] = projection.by_azimuth
-    jacobian[..., PAN_BIAS] = projection.by_azimuth
+    derivatives = np.zeros((led_count, 3, LEDS + 3 * led_count))
+    derivatives[:, [0, 1, 2], [0, 1, HEIGHT]] = -1.0
+    for led in range(led_count):
+        derivatives[led, [0, 1, 2], [LEDS + 3 * led + axis for axis in range(3)]] = 1.0
+    return derivatives
+
+
+def state_jacobian(
+    projection: Projection, offsets_m: FloatArray, derivatives: FloatArray
+) -> FloatArray:
+    """Return the derivative of the pixels by the whole state vector: the chain rule.
+
+    A turn of the optical axis by dA moves an LED at d by (d_y, -d_x, 0) dA as the camera sees it.
+
+    Args:
+        projection: k LEDs, with or without leading batch axes.
+        offsets_m: (..., k, 3) what was projected.
+        derivatives: (..., k, 3, states) rows of `offset_derivatives`, one for each LED.
+
+    Returns:
+        (..., 2 k, states), rows u_0, v_0, u_1, v_1, ...
+    """
+    by_state = derivatives.copy()
+    by_state[..., 0, HEADING : PAN_BIAS + 1] = offsets_m[..., 1:2]
+    by_state[..., 1, HEADING : PAN_BIAS + 1] = -offsets_m[..., :1]
+    jacobian: FloatArray = projection.by_offset @ by_state
     jacobian[..., TILT_BIAS] = projection.by_tilt
-    jacobian[..., HEIGHT] = -projection.by_led[..., 2]
     jacobian[..., FOCAL] = projection.by_focal
-    places = jacobian[..., LEDS:].reshape(-1, 2, (state_size - LEDS) // 3, 3)
-    rows = np.arange(len(places))
-    places[rows, :, leds.reshape(-1)] = projection.by_led.reshape(-1, 2, 3)
-    jacobian[..., LEDS:] = places.reshape(*shape, state_size - LEDS)
-    return jacobian.reshape(*shape[:-2], 2 * shape[-2], state_size)
+    shape = jacobian.shape
+    return jacobian.reshape(*shape[:-3], shape[-3] * 2, shape[-1])

@@ -17,6 +17,7 @@ from goalreach_perception.measurement_model import (
     TILT_BIAS,
     Lens,
     Projection,
+    offset_derivatives,
     project,
     state_jacobian,
 )
@@ -27,7 +28,9 @@ _ITERATIONS = 5
 _DAMPING = 1e-6
 _LARGEST_STEP = np.array([0.7, 0.7, 0.35])
 """Metres, metres, radians per iteration. Chosen: keeps a step where the model holds."""
-_POSE_COLUMNS = [0, 1, 2]
+_POSE = [0, 1, 2]
+_BEHIND_M = 0.06
+"""At this depth an LED is not in front of the camera: just above the model's floor."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,18 +54,26 @@ class ImageGeometry:
     nuisance_covariance: FloatArray
     tilt_noise_rad: float
 
-    def project(self, poses: FloatArray, leds: NDArray[np.intp]) -> Projection:
-        """Project LEDs as seen from poses.
+    def offsets_m(self, poses: FloatArray, leds: NDArray[np.intp]) -> FloatArray:
+        """Return LEDs minus the optical centre, (m, k, 3).
 
         Args:
             poses: (m, 3) of x, y, azimuth.
             leds: (m, k) indices of LEDs.
         """
-        centres = np.empty((len(poses), 1, 3))
-        centres[:, 0, :2] = poses[:, :2]
-        centres[:, 0, 2] = self.camera_height_m
-        rotations = _rotations(poses[:, 2], self.tilt_rad)
-        return project(self.leds_m[leds] - centres, rotations, self.lens)
+        offsets_m = self.leds_m[leds]
+        offsets_m[..., :2] -= poses[:, None, :2]
+        offsets_m[..., 2] -= self.camera_height_m
+        return offsets_m
+
+    def project(self, poses: FloatArray, offsets_m: FloatArray) -> Projection:
+        """Project LEDs as seen from poses.
+
+        Args:
+            poses: (m, 3) of x, y, azimuth.
+            offsets_m: (m, k, 3) LEDs relative to the optical centre.
+        """
+        return project(offsets_m, _rotations(poses[:, 2], self.tilt_rad), self.lens)
 
 
 @dataclass(frozen=True)
@@ -95,17 +106,17 @@ def _rotations(azimuths: FloatArray, tilt_rad: float) -> FloatArray:
 def _weights(
     geometry: ImageGeometry,
     projection: Projection,
-    leds: NDArray[np.intp],
-    sigmas_px: FloatArray,
+    offsets_m: FloatArray,
+    derivatives: FloatArray,
+    variances_px2: FloatArray,
 ) -> FloatArray:
     """Return the inverse covariance of the pixels, (m, 2 k, 2 k)."""
-    size = len(geometry.nuisance_covariance)
-    jacobian = state_jacobian(projection, leds, size)[..., TILT_BIAS:]
+    jacobian = state_jacobian(projection, offsets_m, derivatives)[..., TILT_BIAS:]
     nuisance = geometry.nuisance_covariance[TILT_BIAS:, TILT_BIAS:].copy()
     nuisance[0, 0] += geometry.tilt_noise_rad**2
     covariance = jacobian @ nuisance @ jacobian.swapaxes(-1, -2)
     diagonal = np.arange(covariance.shape[-1])
-    covariance[:, diagonal, diagonal] += np.repeat(sigmas_px**2, 2, axis=1)
+    covariance[:, diagonal, diagonal] += variances_px2
     return np.linalg.inv(covariance)
 
 
@@ -129,31 +140,36 @@ def solve_poses(
         iterations: Gauss-Newton steps.
     """
     poses = seeds.copy()
-    projection = geometry.project(poses, leds)
-    weights = _weights(geometry, projection, leds, sigmas_px)
+    derivatives = offset_derivatives(len(geometry.leds_m))[leds]
+    variances = np.repeat(sigmas_px**2, 2, axis=1)
+    offsets_m = geometry.offsets_m(poses, leds)
+    projection = geometry.project(poses, offsets_m)
+    weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     for _ in range(iterations):
         residuals = (pixels_px - projection.pixels_px).reshape(len(poses), -1, 1)
-        jacobian = _pose_jacobian(projection)
+        jacobian = _pose_jacobian(projection, offsets_m)
         weighted = jacobian.swapaxes(1, 2) @ weights
         normal = weighted @ jacobian
-        trace = normal[:, _POSE_COLUMNS, _POSE_COLUMNS]
-        normal[:, _POSE_COLUMNS, _POSE_COLUMNS] += _DAMPING * trace + 1e-12
+        normal[:, _POSE, _POSE] *= 1.0 + _DAMPING
+        normal[:, _POSE, _POSE] += _DAMPING
         steps = np.linalg.solve(normal, weighted @ residuals)[..., 0]
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
-        projection = geometry.project(poses, leds)
-    weights = _weights(geometry, projection, leds, sigmas_px)
-    jacobian = _pose_jacobian(projection)
+        offsets_m = geometry.offsets_m(poses, leds)
+        projection = geometry.project(poses, offsets_m)
+    weights = _weights(geometry, projection, offsets_m, derivatives, variances)
+    jacobian = _pose_jacobian(projection, offsets_m)
     residuals = (pixels_px - projection.pixels_px).reshape(len(poses), -1, 1)
     chi2 = (residuals.swapaxes(1, 2) @ weights @ residuals)[:, 0, 0]
-    seen = (projection.depth_m > 0.06).all(axis=1)  # noqa: PLR2004 - just above its floor
+    seen = (projection.depth_m > _BEHIND_M).all(axis=1)
     information = jacobian.swapaxes(1, 2) @ weights @ jacobian
     return Solutions(poses, np.where(seen & np.isfinite(chi2), chi2, np.inf), information)
 
 
-def _pose_jacobian(projection: Projection) -> FloatArray:
+def _pose_jacobian(projection: Projection, offsets_m: FloatArray) -> FloatArray:
     """Return the derivative of the pixels by x, y, azimuth: (m, 2 k, 3)."""
-    shape = projection.pixels_px.shape
-    jacobian = np.empty((*shape, 3))
-    jacobian[..., :2] = -projection.by_led[..., :2]
-    jacobian[..., 2] = projection.by_azimuth
-    return jacobian.reshape(shape[0], 2 * shape[1], 3)
+    by_offset = projection.by_offset
+    jacobian = np.empty_like(by_offset)
+    jacobian[..., :2] = -by_offset[..., :2]
+    jacobian[..., 2] = by_offset[..., 0] * offsets_m[..., 1:2]
+    jacobian[..., 2] -= by_offset[..., 1] * offsets_m[..., :1]
+    return jacobian.reshape(len(by_offset), -1, 3)

@@ -32,11 +32,14 @@ from goalreach_perception.measurement_model import (
     SCALE,
     TILT_BIAS,
     Lens,
+    offset_derivatives,
     project,
     state_jacobian,
 )
 
-__all__ = ['FilterConfig', 'PoseFilter', 'Prediction']
+__all__ = ['FilterConfig', 'PoseFilter', 'Prediction', 'innovation_distance2']
+
+_AXES = np.array([0, 1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +79,7 @@ class Prediction:
         depth_m: (n,) distance along the optical axis, at least 0.05.
         jacobian: (2 n, states) derivative by the state.
         cross: (states, 2 n) covariance of state and pixels.
+        encoder_noise: (2 n, 2 n) covariance that the encoders' noise gives the pixels.
         covariance: (2 n, 2 n) covariance of the pixels, encoder noise included, spots' own not.
     """
 
@@ -83,7 +87,23 @@ class Prediction:
     depth_m: FloatArray
     jacobian: FloatArray
     cross: FloatArray
+    encoder_noise: FloatArray
     covariance: FloatArray
+
+    def of_leds(self, leds: NDArray[np.intp]) -> Prediction:
+        """Return the same for some of the LEDs, in the order given."""
+        if leds.tolist() == list(range(len(self.depth_m))):
+            return self
+        rows = (2 * leds[:, None] + _AXES).reshape(-1)
+        square = (rows[:, None], rows)
+        return Prediction(
+            self.pixels_px[leds],
+            self.depth_m[leds],
+            self.jacobian[rows],
+            self.cross[:, rows],
+            self.encoder_noise[square],
+            self.covariance[square],
+        )
 
 
 class PoseFilter:
@@ -115,7 +135,7 @@ class PoseFilter:
         self._calibrate = calibrate
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
         size = LEDS + leds_m.size
-        self._all_leds = np.arange(len(leds_m))
+        self._derivatives = offset_derivatives(len(leds_m))
         self._identity = np.eye(size)
         self._transition = np.eye(size)
         self.mean = np.zeros(size)
@@ -128,6 +148,11 @@ class PoseFilter:
         sigmas[FOCAL] = noise.focal_error
         sigmas[LEDS:] = noise.survey_error_m
         self.covariance = np.diag(sigmas**2)
+
+    @property
+    def joint_gate(self) -> float:
+        """Largest squared distance at which an image corrects the state."""
+        return self._config.joint_gate
 
     @property
     def pose(self) -> Pose2:
@@ -144,6 +169,18 @@ class PoseFilter:
     def camera_height_m(self) -> float:
         """The believed height of the optical centre."""
         return self._camera_height_m + float(self.mean[HEIGHT])
+
+    @property
+    def led_offsets_m(self) -> FloatArray:
+        """The believed LEDs minus the believed optical centre, (n, 3)."""
+        x_m, y_m, _ = self.mean[:3].tolist()
+        offsets_m: FloatArray = self.leds_m - np.array([x_m, y_m, self.camera_height_m])
+        return offsets_m
+
+    @property
+    def focal_error(self) -> float:
+        """The believed relative error of the focal length."""
+        return float(self.mean[FOCAL])
 
     def start(self, pose: Pose2, sigma_m: float, sigma_rad: float) -> None:
         """Take a new pose; what is known of everything else stays.
@@ -198,17 +235,23 @@ class PoseFilter:
             lens: The nominal lens.
             joints: Encoder readings of the head.
         """
-        x_m, y_m, heading, pan_bias, tilt_bias, _, _, height, focal = self.mean[:LEDS].tolist()
+        _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         rotation = optical_rotation(azimuth, joints.tilt_rad + tilt_bias)
-        centre = np.array([x_m, y_m, self._camera_height_m + height])
-        projection = project(self.leds_m - centre, rotation, lens.scaled(focal))
-        jacobian = state_jacobian(projection, self._all_leds, len(self.mean))
+        offsets_m = self.led_offsets_m
+        projection = project(offsets_m, rotation, lens.scaled(focal))
+        jacobian = state_jacobian(projection, offsets_m, self._derivatives)
         cross = self.covariance @ jacobian.T
-        covariance = jacobian @ cross
         encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
-        covariance += encoders @ encoders.T
-        return Prediction(projection.pixels_px, projection.depth_m, jacobian, cross, covariance)
+        noise = encoders @ encoders.T
+        return Prediction(
+            projection.pixels_px,
+            projection.depth_m,
+            jacobian,
+            cross,
+            noise,
+            jacobian @ cross + noise,
+        )
 
     def correct(
         self,
@@ -216,40 +259,50 @@ class PoseFilter:
         leds: NDArray[np.intp],
         pixels_px: FloatArray,
         sigmas_px: FloatArray,
-    ) -> float | None:
+    ) -> float:
         """Correct the state by the LEDs of one image, if they fit together.
 
         Args:
             prediction: What `expect` returned for this image.
-            leds: (k,) which LEDs are seen.
+            leds: (k,) which LEDs are seen, at least one.
             pixels_px: (k, 2) where.
             sigmas_px: (k,) how sure, per axis.
 
         Returns:
             The squared distance of the pixels from their prediction, 2 k degrees of freedom; the
-            state is unchanged where it is above the joint gate. None where no LED is seen.
+            state is unchanged where it is above the joint gate.
         """
-        if len(leds) == 0:
-            return None
-        rows = np.empty(2 * len(leds), dtype=np.intp)
-        rows[0::2], rows[1::2] = 2 * leds, 2 * leds + 1
-        innovation = (pixels_px - prediction.pixels_px[leds]).reshape(-1)
-        covariance = prediction.covariance[rows[:, None], rows]
-        diagonal = np.repeat(sigmas_px * sigmas_px, 2)
-        covariance.flat[:: len(rows) + 1] += diagonal
-        inverse = np.linalg.inv(covariance)
-        distance = float(innovation @ inverse @ innovation)
-        if not distance <= self._config.joint_gate:
-            return distance
-        gain = prediction.cross[:, rows] @ inverse
+        part = prediction.of_leds(leds)
+        innovation, spots, inverse, distance2 = _innovate(part, pixels_px, sigmas_px)
+        if not distance2 <= self._config.joint_gate:
+            return distance2
+        gain = part.cross @ inverse
         if not self._calibrate:
             gain[HEIGHT:] = 0.0
         self.mean += gain @ innovation
         self.mean[2] = wrap_angle(self.mean[2])
-        jacobian = prediction.jacobian[rows]
-        left = self._identity - gain @ jacobian
-        encoders = gain @ (jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad)
-        spots = gain * np.sqrt(diagonal)
-        joseph = left @ self.covariance @ left.T + encoders @ encoders.T + spots @ spots.T
+        noise = part.encoder_noise.copy()
+        noise.flat[:: len(spots) + 1] += spots
+        left = self._identity - gain @ part.jacobian
+        joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)
-        return distance
+        return distance2
+
+
+def innovation_distance2(
+    prediction: Prediction, leds: NDArray[np.intp], pixels_px: FloatArray, sigmas_px: FloatArray
+) -> float:
+    """Return the squared distance of LEDs from their prediction, 2 k degrees of freedom."""
+    return _innovate(prediction.of_leds(leds), pixels_px, sigmas_px)[3]
+
+
+def _innovate(
+    part: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return the innovation, the variances of the spots, its inverse covariance and length."""
+    innovation = (pixels_px - part.pixels_px).reshape(-1)
+    spots = np.repeat(sigmas_px * sigmas_px, 2)
+    covariance = part.covariance.copy()
+    covariance.flat[:: len(spots) + 1] += spots
+    inverse = np.linalg.inv(covariance)
+    return innovation, spots, inverse, float(innovation @ inverse @ innovation)

@@ -1,0 +1,147 @@
+"""Whether a pose may be believed, from what the images keep saying."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import enum
+
+from goalreach_msgs_py.parameters import check_fields, parameter
+
+__all__ = ['Mode', 'PoseWatch', 'WatchConfig']
+
+_PAIR = 2
+
+
+class Mode(enum.Enum):
+    """How far the pose is known."""
+
+    SEARCHING = 'searching'
+    CONFIRMING = 'confirming'
+    TRACKING = 'tracking'
+    DOUBTFUL = 'doubtful'
+    REFUSED = 'refused'
+
+
+@dataclass(frozen=True, kw_only=True)
+class WatchConfig:
+    """How much contradiction a pose survives."""
+
+    lost_after_frames: int = parameter(
+        5,
+        'Images in a row that must speak against a pose to give it up (chosen: 0.2 s)',
+        minimum=1,
+        maximum=1000,
+    )
+    unseen_after_frames: int = parameter(
+        75,
+        'Images in a row without any LED after which a pose is given up (chosen: 3 s)',
+        minimum=1,
+        maximum=100000,
+    )
+    pair_confirmations: int = parameter(
+        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=1, maximum=1000
+    )
+    check_every_frames: int = parameter(
+        25,
+        'Every how many images the filter is checked against one image alone (chosen: 1 s)',
+        minimum=1,
+        maximum=100000,
+    )
+    check_gate: float = parameter(
+        40.0,
+        'Largest squared distance of the filter from the pose of one image, 3 dof (p = 1e-8)',
+        minimum=1.0,
+    )
+    contradictions: int = parameter(
+        2, 'Failed checks in a row after which the image is believed (chosen)', minimum=1
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+
+class PoseWatch:
+    """Keeps the mode: a state machine without any geometry.
+
+    Args:
+        config: How much contradiction a pose survives.
+
+    Attributes:
+        mode: The present mode; never REFUSED.
+        reason: Why it is not TRACKING, or an empty text.
+    """
+
+    def __init__(self, config: WatchConfig) -> None:
+        self._config = config
+        self.mode = Mode.SEARCHING
+        self.reason = 'no fix yet'
+        self._misses = 0
+        self._unseen = 0
+        self._confirmations = 0
+        self._contradictions = 0
+        self._checked = 0
+
+    def start(self, leds: int) -> None:
+        """Take note of a pose from one image.
+
+        Args:
+            leds: How many LEDs it came from; one from two must be confirmed.
+        """
+        self._misses = self._unseen = self._confirmations = 0
+        self._contradictions = self._checked = 0
+        if leds > _PAIR:
+            self.mode, self.reason = Mode.TRACKING, ''
+        else:
+            self.mode = Mode.CONFIRMING
+            self.reason = 'a pose from two LEDs waits for confirmation'
+
+    def lose(self, reason: str) -> None:
+        """Give the pose up."""
+        self.mode, self.reason = Mode.SEARCHING, reason
+
+    def judge(self, used: int, expected: int) -> None:
+        """Take note of one image that was compared with the pose.
+
+        An image speaks against the pose where none, or two fewer than expected, of the LEDs are
+        where they should be.
+
+        Args:
+            used: LEDs that were where they should be.
+            expected: LEDs that should have been in the image.
+        """
+        bad = expected > 0 and used < max(1, expected - 1)
+        self._misses = self._misses + 1 if bad else 0
+        self._unseen = 0 if used else self._unseen + 1
+        if self.mode is Mode.CONFIRMING:
+            self._confirm(used, bad=bad or not used)
+        elif self._misses >= self._config.lost_after_frames:
+            self.lose('the LEDs are not where they should be')
+        elif self._unseen >= self._config.unseen_after_frames:
+            self.lose('no LED was seen for too long')
+        elif used:
+            self.mode, self.reason = Mode.TRACKING, ''
+        elif expected >= _PAIR:
+            self.mode, self.reason = Mode.DOUBTFUL, 'none of the expected LEDs is seen'
+
+    def _confirm(self, used: int, *, bad: bool) -> None:
+        self._confirmations += used >= _PAIR
+        if bad:
+            self.lose('a pose from two LEDs was not confirmed')
+        elif self._confirmations >= self._config.pair_confirmations:
+            self.mode, self.reason = Mode.TRACKING, ''
+
+    def check_due(self) -> bool:
+        """Count an image with three LEDs; return whether to check the pose against it alone."""
+        self._checked += 1
+        return self._checked % self._config.check_every_frames == 0 or self._contradictions > 0
+
+    def checked(self, distance2: float) -> bool:
+        """Take note of a check; return whether the pose of the image is the one to believe.
+
+        Args:
+            distance2: Squared distance of the filter from the pose of one image, 3 dof.
+        """
+        agrees = distance2 <= self._config.check_gate
+        self._contradictions = 0 if agrees else self._contradictions + 1
+        return self._contradictions >= self._config.contradictions
