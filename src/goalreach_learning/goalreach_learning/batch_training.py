@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from goalreach_learning.batch_environment import BatchEnd, BatchEnvironment, IntArray
 from goalreach_learning.environment import OptionEnvironment
 from goalreach_learning.learning_config import LearningConfig
-from goalreach_learning.policy import best_actions
+from goalreach_learning.policy import best_actions, tie_tolerance
 from goalreach_learning.rewards import BUMP_REWARD, GOAL_REWARD
 from goalreach_learning.training import MAX_GREEDY_OPTIONS
 from goalreach_msgs_py.arena import Arena
@@ -158,7 +158,7 @@ def train_batch(
 
 
 def greedy_successes_batch(
-    arena: Arena, q: FloatArray, visits: IntArray, *, overshoot_m: float = 0.0
+    arena: Arena, q: FloatArray, visits: IntArray, *, gamma: float, overshoot_m: float = 0.0
 ) -> NDArray[np.bool_]:
     """Return whether the best actions of n Q-tables lead from each start to the goal.
 
@@ -166,6 +166,7 @@ def greedy_successes_batch(
         arena: Walls, regions and starts.
         q: Q-values (n, 3, 3, 8).
         visits: How often each was updated, same shape.
+        gamma: Discount factor that the tables were learned with.
         overshoot_m: Distance driven past a border before the next action, metres.
 
     Returns:
@@ -173,7 +174,7 @@ def greedy_successes_batch(
     """
     batch = BatchEnvironment(OptionEnvironment(arena, overshoot_m=overshoot_m))
     goal = arena.regions.goal
-    best = best_actions(q, visits)
+    best = best_actions(q, visits, tie_tolerance(gamma))
     count = len(arena.starts)
     table = np.repeat(np.arange(len(q)), count)
     x_m = np.tile([s.x_m for s in arena.starts], len(q))

@@ -15,20 +15,29 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import FloatArray, Region
 
-__all__ = ['Policy', 'best_actions']
+__all__ = ['Policy', 'best_actions', 'tie_tolerance']
 
 _SHAPE = (3, 3, ACTION_COUNT)
 _DIRECTIONS = np.array(ACTION_DIRECTIONS)
 _DECIMALS = 9
 
-TIE_TOLERANCE = 0.02
-"""Values this near the best count as equally good; chosen: less than a tenth of the step from
-one distance to the next, 1 - gamma = 0.1, that separates really different actions."""
+_TIE_FRACTION = 0.2
+_DEFAULT_GAMMA = 0.9
 
 
-def best_actions(
-    q: FloatArray, visits: NDArray[np.int64], tolerance: float = TIE_TOLERANCE
-) -> NDArray[np.int64]:
+def tie_tolerance(gamma: float = _DEFAULT_GAMMA) -> float:
+    """Return how near to the best a value must be to count as equally good.
+
+    A fifth (chosen) of 1 - gamma, the loss of value from one action to the next on the way from
+    the goal: well below what tells really different actions apart.
+
+    Args:
+        gamma: Discount factor that the values were learned with.
+    """
+    return _TIE_FRACTION * (1.0 - gamma)
+
+
+def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
     """Return the best action of every state, or -1 where none was ever tried.
 
     Among actions of practically equal value (several headings lead on equally well) the one in
@@ -93,7 +102,8 @@ class Policy:
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:
         """The best action [x][y] of every region; None for the goal and where never tried."""
-        best = best_actions(self.q, self.visits)
+        gamma = float(self.learning.get('gamma', _DEFAULT_GAMMA))
+        best = best_actions(self.q, self.visits, tie_tolerance(gamma))
         best[self.regions.goal] = -1
         return tuple(tuple(None if k < 0 else k for k in column) for column in best.tolist())
 

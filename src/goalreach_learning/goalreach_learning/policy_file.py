@@ -81,6 +81,9 @@ def _learning(fields: Mapping[str, Any]) -> dict[str, Any]:
             raise _DefectError(f'learning.{name} = {value!r}: must be finite')
         if not isinstance(value, (str, int, float)):
             raise _DefectError(f'learning.{name} = {_short(value)}: must be a number or a text')
+    gamma = fields.get('gamma', 0.0)
+    if not isinstance(gamma, (int, float)) or not 0.0 <= gamma < 1.0:
+        raise _DefectError(f'learning.gamma = {gamma!r}: must be a number in [0, 1)')
     return dict(fields)
 
 
