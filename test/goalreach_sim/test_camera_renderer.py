@@ -9,10 +9,22 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
 from goalreach_sim.camera_config import OpticsConfig
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
+from goalreach_sim.camera_view import CameraPose
 
 LEDS_M = np.array([[2.0, 0.0, 1.0]])
 CAMERA = PinholeCamera(fx_px=500.0, fy_px=500.0, cx_px=320.0, cy_px=240.0)
 NONE = noise_preset('none')
+
+
+def pose(distance_m: float, azimuth_rad: float) -> CameraPose:
+    return CameraPose(
+        centre_m=np.array([2.0, distance_m, 1.0]),
+        azimuth_rad=azimuth_rad,
+        tilt_rad=0.0,
+        velocity_m_per_s=np.zeros(3),
+        azimuth_rad_per_s=0.0,
+        tilt_rad_per_s=0.0,
+    )
 
 
 def render(
@@ -33,7 +45,7 @@ def render(
         rng=rng,
         event_rng=event_rng,
     )
-    return renderer.render(np.array([2.0, distance_m, 1.0]), azimuth_rad, 0.0)
+    return renderer.render(pose(distance_m, azimuth_rad))
 
 
 def centroid(image: NDArray[np.uint8], dark_dn: int = 10) -> tuple[float, float]:
@@ -118,8 +130,7 @@ def test_dropouts_as_often_as_told() -> None:
         rng=rng,
         event_rng=event_rng,
     )
-    centre_m = np.array([2.0, 4.0, 1.0])
-    seen = [renderer.render(centre_m, -math.pi / 2, 0.0)[240, 320] > 50 for _ in range(500)]
+    seen = [renderer.render(pose(4.0, -math.pi / 2))[240, 320] > 50 for _ in range(500)]
     assert 1.0 - np.mean(seen) == pytest.approx(0.3, abs=0.06)
 
 

@@ -166,3 +166,16 @@ def test_bump_is_sensed() -> None:
     frame = simulator.sense()
     assert [i for i, flag in enumerate(frame.bumpers) if flag] == [0, 1, 19]
     assert frame.truth.pose.y_m == pytest.approx(0.225, abs=1e-12)
+
+
+def test_a_post_hides_an_led() -> None:
+    config = SimulatorConfig.for_arena(Arena(), noise_preset('none'))
+    config = dataclasses.replace(config, posts_m=(1.778, 2.0, 0.05, 1.9))
+    simulator = Simulator(config, np.random.default_rng(1))
+    simulator.reset(START)
+    simulator.command_head(head(0.0, 0.0, 0.2))
+    for _ in range(10):
+        simulator.advance()
+    image = simulator.sense().image
+    assert (image[:, 300:340] == 10).all()
+    assert image.max() > 60

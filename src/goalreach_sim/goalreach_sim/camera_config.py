@@ -42,6 +42,13 @@ class OpticsConfig:
         minimum=0.0,
         maximum=10.0,
     )
+    rolling_exposure_s: float = parameter(
+        0.0,
+        'Time from the exposure of the top row to that of the bottom row, which is at the stamp, '
+        's; 0 where all rows are exposed at once, as by the CCD of the robot',
+        minimum=0.0,
+        maximum=1.0,
+    )
 
     def __post_init__(self) -> None:
         """Check every field."""

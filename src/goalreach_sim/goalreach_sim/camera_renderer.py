@@ -8,11 +8,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.camera_config import OpticsConfig
+from goalreach_sim.camera_view import CameraPose, CameraView
 from goalreach_sim.led import emission, emission_axes, emission_exponent
+from goalreach_sim.occlusion import Post
 from goalreach_sim.spot import add_light, pixel_shares, spot_window
 
 __all__ = ['CameraRenderer', 'real_lens']
@@ -38,7 +40,8 @@ class CameraRenderer:
         camera: The real lens (not what calibration says).
         landmarks_m: (n, 3) real places of the LEDs in `map`.
         arena_size_m: Arena size along x and y.
-        optics: Light and grey values.
+        optics: Light, grey values, time of exposure.
+        posts: What hides LEDs.
         noise: Read noise, spot width, dropouts, spurious lights.
         rng: Of the noise in the pixels.
         event_rng: Of dropouts and spurious lights.
@@ -52,11 +55,15 @@ class CameraRenderer:
         *,
         optics: OpticsConfig,
         noise: NoiseModel,
+        posts: tuple[Post, ...] = (),
         rng: np.random.Generator,
         event_rng: np.random.Generator,
     ) -> None:
         self._camera = camera
         self._landmarks_m = landmarks_m
+        self._view = CameraView(
+            camera, landmarks_m, posts=posts, rolling_exposure_s=optics.rolling_exposure_s
+        )
         self._axes = emission_axes(landmarks_m, *arena_size_m)
         self._exponent = emission_exponent(optics.led_half_angle_rad)
         self._optics = optics
@@ -70,22 +77,13 @@ class CameraRenderer:
         bank += optics.dark_offset_dn
         self._bank = np.clip(np.rint(bank), 0.0, 255.0).astype(np.uint8)
 
-    def render(
-        self, centre_m: FloatArray, azimuth_rad: float, tilt_rad: float
-    ) -> NDArray[np.uint8]:
-        """Return a new image (height, width).
-
-        Args:
-            centre_m: (3,) optical centre in `map`.
-            azimuth_rad: Azimuth of the optical axis in `map`.
-            tilt_rad: Its elevation, upward.
-        """
+    def render(self, pose: CameraPose) -> NDArray[np.uint8]:
+        """Return a new image (height, width) as seen from a pose."""
         offset = int(self._rng.integers(_SPARE_NOISE))
         image: NDArray[np.uint8] = self._bank[offset : offset + self._size].copy()
         image = image.reshape(self._shape)
-        points_m = points_in_camera(self._landmarks_m, centre_m, azimuth_rad, tilt_rad)
-        pixels = self._camera.project(points_m).tolist()
-        to_camera = centre_m - self._landmarks_m
+        pixels = self._view.pixels(pose)
+        to_camera = pose.centre_m - self._landmarks_m
         along = np.einsum('ij,ij->i', to_camera, self._axes).tolist()
         squares = np.einsum('ij,ij->i', to_camera, to_camera).tolist()
         events = self._event_rng.random(len(pixels) + _SPURIOUS_DRAWS).tolist()

@@ -12,9 +12,11 @@ from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
+from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.contact import Walls
 from goalreach_sim.head import PanTiltHead
 from goalreach_sim.nomad200 import Nomad200
+from goalreach_sim.occlusion import posts_from_flat
 from goalreach_sim.robot import Robot
 from goalreach_sim.run_errors import draw_run_errors
 from goalreach_sim.simulator_config import SimulatorConfig
@@ -100,6 +102,7 @@ class Simulator:
             (config.arena_width_m, config.arena_length_m),
             optics=config.optics,
             noise=config.noise,
+            posts=posts_from_flat(config.posts_m),
             rng=pixel_rng,
             event_rng=event_rng,
         )
@@ -161,11 +164,7 @@ class Simulator:
         truth = robot.truth
         return SensorFrame(
             time_ns=self._time_ns,
-            image=self._renderer.render(
-                np.array([robot.x_m, robot.y_m, self._camera_height_m]),
-                camera_azimuth(robot.heading_rad, truth_head),
-                tilt_rad,
-            ),
+            image=self._renderer.render(self._camera_pose(truth_head)),
             camera=self._camera,
             joints=HeadAngles(
                 turret_rad=turret_rad, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad
@@ -178,4 +177,19 @@ class Simulator:
             base_yaw_rad=math.remainder(
                 robot.odometry.pose.heading_rad - robot.steering.position, math.tau
             ),
+        )
+
+    def _camera_pose(self, head: HeadAngles) -> CameraPose:
+        """Return where the camera looks from and how it moves; steering does not turn it."""
+        robot = self.robot
+        heading_rad, speed = robot.heading_rad, robot.translation.velocity
+        return CameraPose(
+            centre_m=np.array([robot.x_m, robot.y_m, self._camera_height_m]),
+            azimuth_rad=camera_azimuth(heading_rad, head),
+            tilt_rad=head.tilt_rad,
+            velocity_m_per_s=np.array(
+                [speed * math.cos(heading_rad), speed * math.sin(heading_rad), 0.0]
+            ),
+            azimuth_rad_per_s=robot.turret.velocity + self.head.pan.velocity_rad_per_s,
+            tilt_rad_per_s=self.head.tilt.velocity_rad_per_s,
         )

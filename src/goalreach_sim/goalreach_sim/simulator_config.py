@@ -54,6 +54,12 @@ class SimulatorConfig:
         'Surveyed places of the LEDs in map, m: x, y, z of the first, then the next',
         fixed=True,
     )
+    posts_m: tuple[float, ...] = parameter(
+        (),
+        'Posts that hide LEDs from the camera: x, y, radius, height of the first, then the next, '
+        'm in map; the robot does not feel them. None in the paper',
+        fixed=True,
+    )
     body_radius_m: float = parameter(
         BODY_RADIUS_M,
         'Radius of the bumper ring, m; Player project',
@@ -121,6 +127,8 @@ class SimulatorConfig:
                 raise ConfigurationError(name, getattr(self, name), 'wider than the robot')
         if len(self.landmarks_m) % 3 or not self.landmarks_m:
             raise ConfigurationError('landmarks_m', self.landmarks_m, 'x, y, z of each LED')
+        if len(self.posts_m) % 4:
+            raise ConfigurationError('posts_m', self.posts_m, 'x, y, radius, height of each post')
         x_m, y_m, _ = self.start_pose
         radius_m = self.body_radius_m
         if not (

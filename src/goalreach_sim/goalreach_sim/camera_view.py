@@ -1,0 +1,121 @@
+"""Where the camera sees the LEDs: lens, posts and the time at which each row is exposed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.values import FloatArray
+from goalreach_sim.occlusion import Post, is_hidden
+
+__all__ = ['CameraPose', 'CameraView']
+
+_ROLLING_STEPS = 3
+"""Fixed-point steps for the row of a moving LED; the error shrinks a hundredfold in each."""
+
+_WIDEST = 5.0
+"""Tangent of the widest angle at which a distorted lens is looked at; chosen."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CameraPose:
+    """Where the camera is and how it moves.
+
+    Attributes:
+        centre_m: (3,) optical centre in `map`.
+        azimuth_rad: Azimuth of the optical axis in `map`.
+        tilt_rad: Its elevation, upward.
+        velocity_m_per_s: (3,) of the centre.
+        azimuth_rad_per_s: Rate of the azimuth.
+        tilt_rad_per_s: Rate of the elevation.
+    """
+
+    centre_m: FloatArray
+    azimuth_rad: float
+    tilt_rad: float
+    velocity_m_per_s: FloatArray
+    azimuth_rad_per_s: float
+    tilt_rad_per_s: float
+
+
+class CameraView:
+    """Projects the LEDs into the image.
+
+    Args:
+        camera: The real lens.
+        landmarks_m: (n, 3) real places of the LEDs in `map`.
+        posts: What hides them.
+        rolling_exposure_s: Time from the exposure of the top row to that of the bottom row, which
+            is exposed at the image's stamp; 0 where all rows are exposed at once.
+    """
+
+    def __init__(
+        self,
+        camera: PinholeCamera,
+        landmarks_m: FloatArray,
+        *,
+        posts: tuple[Post, ...] = (),
+        rolling_exposure_s: float = 0.0,
+    ) -> None:
+        self._camera = camera
+        self._landmarks_m = landmarks_m
+        self._landmark_lists = landmarks_m.tolist()
+        self._posts = posts
+        self._rolling_exposure_s = rolling_exposure_s
+        self._widest = _monotonic_radius(camera)
+
+    def pixels(self, pose: CameraPose) -> list[tuple[float, float]]:
+        """Return the pixel (u, v) of each LED; NaN where it is behind the camera or hidden."""
+        pixels: list[tuple[float, float]] = self._project(self._landmarks_m, pose, 0.0).tolist()
+        if self._rolling_exposure_s > 0.0:
+            for index, (_, v_px) in enumerate(pixels):
+                pixels[index] = self._at_its_row(index, v_px, pose)
+        if self._posts:
+            centre_m = pose.centre_m.tolist()
+            for index, led_m in enumerate(self._landmark_lists):
+                if is_hidden(centre_m, led_m, self._posts):
+                    pixels[index] = (np.nan, np.nan)
+        return pixels
+
+    def _project(self, points_m: FloatArray, pose: CameraPose, time_s: float) -> FloatArray:
+        """Return the pixels at a time relative to the stamp."""
+        inside_m = points_in_camera(
+            points_m,
+            pose.centre_m + time_s * pose.velocity_m_per_s,
+            pose.azimuth_rad + time_s * pose.azimuth_rad_per_s,
+            pose.tilt_rad + time_s * pose.tilt_rad_per_s,
+        )
+        pixels = self._camera.project(inside_m)
+        if self._widest < _WIDEST:
+            sideways_m = np.hypot(inside_m[:, 0], inside_m[:, 1])
+            pixels[sideways_m > self._widest * inside_m[:, 2]] = np.nan
+        return pixels
+
+    def _at_its_row(self, index: int, v_px: float, pose: CameraPose) -> tuple[float, float]:
+        """Return the pixel of an LED at the time when the row it falls on is exposed."""
+        u_px, last_row = np.nan, self._camera.height_px - 1
+        point_m = self._landmarks_m[index : index + 1]
+        for _ in range(_ROLLING_STEPS):
+            if np.isnan(v_px):
+                break
+            row = min(max(v_px, 0.0), float(last_row))
+            time_s = (row / last_row - 1.0) * self._rolling_exposure_s
+            u_px, v_px = self._project(point_m, pose, time_s)[0].tolist()
+        return u_px, v_px
+
+
+def _monotonic_radius(camera: PinholeCamera) -> float:
+    """Return the tangent of the angle up to which a distorted lens maps one to one.
+
+    Beyond it the Brown-Conrady polynomial turns back and would show what is out of view.
+    """
+    if not any(camera.distortion):
+        return _WIDEST
+    k1, k2, _, _, k3 = camera.distortion
+    radii = np.linspace(0.0, _WIDEST, 1000)
+    r2 = radii * radii
+    slope = 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3))
+    turning = np.flatnonzero(slope <= 0.0)
+    return float(radii[turning[0]]) if len(turning) else _WIDEST

@@ -1,0 +1,97 @@
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_sim.camera_view import CameraPose, CameraView
+
+Distortion = tuple[float, float, float, float, float]
+IDEAL: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def make_camera(distortion: Distortion = IDEAL) -> PinholeCamera:
+    return PinholeCamera(fx_px=500.0, fy_px=500.0, cx_px=320.0, cy_px=240.0, distortion=distortion)
+
+
+def make_pose(
+    azimuth_rad: float = 0.0,
+    *,
+    azimuth_rad_per_s: float = 0.0,
+    tilt_rad_per_s: float = 0.0,
+    speed_m_per_s: float = 0.0,
+) -> CameraPose:
+    """Stand at the origin, 1 m high, looking along +x."""
+    return CameraPose(
+        centre_m=np.array([0.0, 0.0, 1.0]),
+        azimuth_rad=azimuth_rad,
+        tilt_rad=0.0,
+        velocity_m_per_s=np.array([speed_m_per_s, 0.0, 0.0]),
+        azimuth_rad_per_s=azimuth_rad_per_s,
+        tilt_rad_per_s=tilt_rad_per_s,
+    )
+
+
+def led(y_m: float, z_m: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    return np.array([[2.0, y_m, 1.0 + z_m]])
+
+
+def test_left_and_up_by_hand() -> None:
+    # 0.4 m to the left and 0.2 m up at 2 m: 100 px left of and 50 px over the middle.
+    view = CameraView(make_camera(), led(0.4, 0.2))
+    assert view.pixels(make_pose())[0] == pytest.approx((220.0, 190.0), abs=1e-9)
+
+
+def test_distortion_by_hand() -> None:
+    # x = -0.2, y = -0.1: r^2 = 0.05, so 1 + 0.1 r^2 = 1.005.
+    view = CameraView(make_camera((0.1, 0.0, 0.0, 0.0, 0.0)), led(0.4, 0.2))
+    assert view.pixels(make_pose())[0] == pytest.approx((219.5, 189.75), abs=1e-9)
+
+
+def test_a_barrel_lens_shows_nothing_from_far_outside() -> None:
+    # With k1 = -0.3 the radius turns back at tan = sqrt(1 / 0.9) = 1.05; at tan = 1.8 it would
+    # be 1.8 (1 - 0.972) = 0.05, in the middle of the image.
+    view = CameraView(make_camera((-0.3, 0.0, 0.0, 0.0, 0.0)), led(3.6, 0.0))
+    assert math.isnan(view.pixels(make_pose())[0][0])
+
+
+def test_nothing_is_seen_behind() -> None:
+    view = CameraView(make_camera(), led(0.0, 0.0))
+    assert all(math.isnan(value) for value in view.pixels(make_pose(math.pi))[0])
+
+
+def test_hidden_led() -> None:
+    view = CameraView(make_camera(), led(0.0, 0.0), posts=((1.0, 0.0, 0.1, 2.0),))
+    assert math.isnan(view.pixels(make_pose())[0][0])
+
+
+def test_rolling_exposure_of_a_turning_camera() -> None:
+    # The middle row of 480 is exposed (240 / 479 - 1) * 0.04 s = -19.958 ms before the stamp.
+    # At 1 rad/s the camera then looked 19.958 mrad further right: the LED lies further left.
+    view = CameraView(make_camera(), led(0.0, 0.0), rolling_exposure_s=0.04)
+    early_rad = (1.0 - 240.0 / 479.0) * 0.04
+    u_px, v_px = view.pixels(make_pose(azimuth_rad_per_s=1.0))[0]
+    assert u_px == pytest.approx(320.0 - 500.0 * math.tan(early_rad), abs=1e-9)
+    assert v_px == pytest.approx(240.0, abs=1e-9)
+
+
+def test_rolling_exposure_finds_the_row_of_a_tilting_camera() -> None:
+    # v satisfies v = 240 + 500 tan(tilt(v)) with tilt(v) = (v / 479 - 1) * 0.04 * 1 rad/s.
+    view = CameraView(make_camera(), led(0.0, 0.0), rolling_exposure_s=0.04)
+    _, v_px = view.pixels(make_pose(tilt_rad_per_s=1.0))[0]
+    assert v_px == pytest.approx(240.0 + 500.0 * math.tan((v_px / 479.0 - 1.0) * 0.04), abs=1e-3)
+    assert v_px == pytest.approx(229.6, abs=0.1)
+
+
+def test_rolling_exposure_of_a_still_camera_changes_nothing() -> None:
+    rolling = CameraView(make_camera(), led(0.4, 0.2), rolling_exposure_s=0.04)
+    assert rolling.pixels(make_pose())[0] == pytest.approx((220.0, 190.0), abs=1e-9)
+
+
+def test_rolling_exposure_of_a_driving_robot() -> None:
+    # Row 190, 24.13 ms before the stamp at 0.5 m/s: 12.07 mm further away.
+    rolling = CameraView(make_camera(), led(0.4, 0.2), rolling_exposure_s=0.04)
+    u_px, v_px = rolling.pixels(make_pose(speed_m_per_s=0.5))[0]
+    range_m = 2.0 + 0.5 * (1.0 - v_px / 479.0) * 0.04
+    assert u_px == pytest.approx(320.0 - 500.0 * 0.4 / range_m, abs=1e-5)
+    assert v_px == pytest.approx(240.0 - 500.0 * 0.2 / range_m, abs=1e-5)
