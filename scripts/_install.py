@@ -46,6 +46,9 @@ class Progress:
     Args:
         steps: Number of steps to come.
         stream: Where the lines go.
+
+    Attributes:
+        running: Name of the step that runs.
     """
 
     def __init__(self, steps: int, stream: TextIO = sys.stderr) -> None:
@@ -54,12 +57,14 @@ class Progress:
         self._live = stream.isatty()
         self._number = 0
         self._text = ''
+        self.running = 'before the first step'
         self._started_s = 0.0
 
     @contextlib.contextmanager
     def step(self, text: str) -> Iterator[None]:
         """Show a step while it runs, and its seconds once it succeeded."""
         self._number += 1
+        self.running = text
         self._text = f'  {self._number}/{self._steps} {text}'
         self._started_s = time.monotonic()
         self._write(self._text, end='' if self._live else '\n')

@@ -15,7 +15,15 @@ import sys
 import tempfile
 import time
 
-from _install import Progress, SetupError, follow, interruptible, say, uninterrupted
+from _install import (
+    InterruptedSetupError,
+    Progress,
+    SetupError,
+    follow,
+    interruptible,
+    say,
+    uninterrupted,
+)
 
 LOCK_NAME = 'requirements.lock'
 MARKER_NAME = 'goalreach-setup'  # inside .venv: says that we made it, and from which lock
@@ -107,10 +115,12 @@ class Venv:
         except (SetupError, OSError) as error:
             with uninterrupted():
                 self._discard()
+            advice = 'Start the same command again to retry.'
+            if not isinstance(error, InterruptedSetupError):
+                advice = f'It needs the package index and 800 MB of disk. {advice}'
             message = (
-                f'the set-up failed: {error}\n'
-                f'{self.path} was removed again. It needs a network that reaches the package '
-                'index, and 800 MB of disk: start the same command again to retry.'
+                f'the set-up failed ({progress.running}): {error}\n'
+                f'{self.path} was removed again. {advice}'
             )
             raise SetupError(message, getattr(error, 'status', 1)) from None
         say(f'ready after {time.monotonic() - started_s:.0f} s')

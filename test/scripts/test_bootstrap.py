@@ -49,8 +49,9 @@ def test_lock_that_cannot_be_satisfied_leaves_nothing(clone: Clone) -> None:
     outcome = clone.run()
 
     assert (outcome.status, outcome.out) == (1, '')
+    assert 'the set-up failed (locked packages)' in outcome.err
     assert 'No matching distribution found for no-such-wheel' in outcome.err
-    assert 'start the same command again' in outcome.err
+    assert 'Start the same command again' in outcome.err
     assert not list(clone.root.glob('.venv*'))
 
 
