@@ -7,14 +7,12 @@ import fcntl
 import hashlib
 import os
 from pathlib import Path
-import platform
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 import time
 
+from _base_python import base_python
 from _install import (
     InterruptedSetupError,
     Progress,
@@ -29,8 +27,6 @@ LOCK_NAME = 'requirements.lock'
 MARKER_NAME = 'goalreach-setup'  # inside .venv: says that we made it, and from which lock
 UNFINISHED = 'unfinished\n'
 BUILD_TOOLS = ('setuptools', 'wheel')  # what building the root needs; one dependency is a source
-OLDEST_GLIBC = (2, 28)  # of the ROS 2 wheels
-SUPPORTED_MINORS = (13, 12, 11, 10)  # of Python 3: those the ROS 2 Jazzy wheels are built for
 
 PIP_OPTIONS = (
     '--no-input',
@@ -101,7 +97,7 @@ class Venv:
             self._make(lock)
 
     def _make(self, lock: int) -> None:
-        base = _base_python()
+        base = base_python()
         progress = Progress(steps=5)
         started_s = time.monotonic()
         try:
@@ -196,49 +192,6 @@ class PackageCounter:
             self._progress.detail(f'{self._done} of {self._total}, {name}')
         elif line.startswith('Installing collected'):
             self._progress.detail(f'unpacking {self._total}')
-
-
-def _base_python() -> str:
-    """Return a Python that can make the environment.
-
-    Raises:
-        SetupError: Where there is none, with what is missing.
-    """
-    libc, version = platform.libc_ver()
-    numbers = tuple(int(part) for part in re.findall(r'\d+', version)[:2])
-    here = (sys.platform, platform.machine(), libc)
-    if here != ('linux', 'x86_64', 'glibc') or numbers < OLDEST_GLIBC:
-        message = (
-            'ROS 2 comes as wheels for Linux on x86_64 with glibc 2.28 or newer only: on this '
-            'machine, source a ROS 2 Jazzy workspace first.'
-        )
-        raise SetupError(message)
-    python = _candidate()
-    if not _answers(python, 'import ensurepip, venv'):
-        message = (
-            f'{python} has no venv module: install it (Debian and Ubuntu: `sudo apt install '
-            'python3-venv`), then start the same command again.'
-        )
-        raise SetupError(message)
-    return python
-
-
-def _candidate() -> str:
-    if sys.version_info[1] in SUPPORTED_MINORS:
-        return str(getattr(sys, '_base_executable', sys.executable))
-    for minor in SUPPORTED_MINORS:
-        path = shutil.which(f'python3.{minor}')
-        if path and _answers(path, 'pass'):
-            return path
-    message = (
-        'ROS 2 Jazzy comes as wheels for Python 3.10 to 3.13, and none of them is here (this is '
-        f'{platform.python_version()}): install one and start the same command with it.'
-    )
-    raise SetupError(message)
-
-
-def _answers(python: str, code: str) -> bool:
-    return not subprocess.run([python, '-c', code], capture_output=True, check=False).returncode
 
 
 @contextlib.contextmanager

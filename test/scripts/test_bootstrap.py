@@ -11,9 +11,9 @@ import venv as stdlib_venv
 
 import pytest
 
+import _base_python
 from _environment import DEPENDENCIES, ROOT
 from _install import SetupError
-import _venv
 from _venv import MARKER_NAME, UNFINISHED, State, Venv, build_tools
 from small_clone import Clone, finish, place_package
 
@@ -164,24 +164,24 @@ def test_what_is_found_where_the_environment_belongs(
 
 
 def test_python_without_venv_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_venv, '_answers', lambda _, code: 'ensurepip' not in code)
+    monkeypatch.setattr(_base_python, '_answers', lambda _, code: 'ensurepip' not in code)
 
     with pytest.raises(SetupError, match='sudo apt install python3-venv'):
-        _venv._base_python()
+        _base_python.base_python()
 
 
 def test_machine_without_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('platform.machine', lambda: 'aarch64')
 
     with pytest.raises(SetupError, match='source a ROS 2 Jazzy workspace'):
-        _venv._base_python()
+        _base_python.base_python()
 
 
 def test_python_newer_than_the_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_venv, 'SUPPORTED_MINORS', (1,))
+    monkeypatch.setattr(_base_python, 'SUPPORTED_MINORS', (1,))
 
     with pytest.raises(SetupError, match='none of them is here'):
-        _venv._base_python()
+        _base_python.base_python()
 
 
 def test_lock_has_hashes_and_no_addresses() -> None:

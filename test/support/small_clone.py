@@ -7,9 +7,10 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
-import sys
 from typing import Any
 import zipfile
+
+from _base_python import own_base
 
 SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
@@ -113,9 +114,8 @@ class Clone:
             'PYTHONNOUSERSITE': '1',
             **variables,
         }
-        python = str(getattr(sys, '_base_executable', sys.executable))
         return subprocess.Popen(
-            [python, str(self.root / 'scripts' / 'train.py'), *arguments],
+            [own_base(), str(self.root / 'scripts' / 'train.py'), *arguments],
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -1,0 +1,133 @@
+"""Real graphs for tests: the stack as a person starts it, and a node that looks on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import fcntl
+import itertools
+import os
+from pathlib import Path
+import re
+import subprocess
+import sys
+import time
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from goalreach_bringup.run.environment import fast_dds_profile
+
+_DOMAINS = itertools.count()
+_LOWEST_DOMAIN = 20
+_DOMAIN_SPAN = 80
+_END_S = 10.0
+_FIRST_PORT = 7400
+_PORTS_PER_DOMAIN = 250
+
+
+def fresh_domain() -> int:
+    """Return a ROS_DOMAIN_ID that no other test of this or a neighbouring process uses."""
+    return _LOWEST_DOMAIN + (os.getpid() * 7 + next(_DOMAINS)) % _DOMAIN_SPAN
+
+
+def graph_environment(domain: int, home: Path) -> dict[str, str]:
+    """Return the environment of a process of the test's own graph."""
+    return {
+        **os.environ,
+        'ROS_DOMAIN_ID': str(domain),
+        'ROS_LOG_DIR': str(home),
+        'ROS_PYTHON_CHECK_FIELDS': '1',
+        'NO_COLOR': '1',
+    }
+
+
+@contextmanager
+def goalreach(arguments: list[str], *, domain: int, home: Path) -> Iterator[subprocess.Popen[str]]:
+    """Run `goalreach` in a process of its own and end it, whatever happens."""
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'goalreach_bringup.cli', *arguments],
+        env=graph_environment(domain, home),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+        try:
+            process.communicate(timeout=_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            raise
+
+
+@contextmanager
+def onlooker(domain: int) -> Iterator[tuple[Node, Callable[[Callable[[], bool], float], bool]]]:
+    """Give a node in a domain, and a function that serves it until a condition holds.
+
+    The function takes the condition and a time limit in seconds and returns whether it held.
+    """
+    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain)
+    node = Node('onlooker', context=context, enable_rosout=False)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def serve_until(condition: Callable[[], bool], limit_s: float) -> bool:
+        deadline_s = time.monotonic() + limit_s
+        while not condition():
+            if time.monotonic() > deadline_s:
+                return False
+            executor.spin_once(timeout_sec=0.05)
+        return True
+
+    try:
+        yield node, serve_until
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def left_in_shared_memory(domain: int) -> set[str]:
+    """Return Fast DDS's shared-memory files of a domain, and segments that nobody uses.
+
+    Ports carry the domain in their number; a segment in use holds a lock on its `_el` file.
+    """
+    left: set[str] = set()
+    for path in Path('/dev/shm').glob('*fastrtps*'):  # noqa: S108 - where Fast DDS keeps them
+        port = re.search(r'port(\d+)', path.name)
+        if port:
+            if (int(port[1]) - _FIRST_PORT) // _PORTS_PER_DOMAIN == domain:
+                left.add(path.name)
+        elif path.name.endswith('_el') and not _is_locked(path):
+            left.add(path.name)
+    return left
+
+
+def _is_locked(path: Path) -> bool:
+    try:
+        with path.open('rb') as stream:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except FileNotFoundError:
+        return True
+    return False
+
+
+def collect(
+    node: Node, message_type: type[object], topic: str, qos: QoSProfile, into: list[Any]
+) -> None:
+    """Append every message of a topic to a list."""
+    node.create_subscription(message_type, topic, into.append, qos)
