@@ -92,10 +92,9 @@ def _declare(node: Node, name: str, default: object, info: ParameterInfo, *, liv
     kind = 'a whole number' if type(default) is int else 'a number'
     try:
         return node.declare_parameter(name, value, _descriptor(default, info, live=live)).value
-    except InvalidParameterValueException as error:
-        raise ConfigurationError(name, error.value, info.allowed(kind)) from None
-    except InvalidParameterTypeException as error:
-        raise ConfigurationError(name, error.value, info.allowed(kind)) from None
+    except (InvalidParameterValueException, InvalidParameterTypeException):
+        given = node._parameter_overrides[name].value  # noqa: SLF001 - the errors do not tell it
+        raise ConfigurationError(name, given, info.allowed(kind)) from None
 
 
 def _descriptor(default: object, info: ParameterInfo, *, live: bool) -> ParameterDescriptor:
