@@ -1,0 +1,82 @@
+"""Cutting ticks into paths and judging them."""
+
+import itertools
+
+import pytest
+
+from goalreach_bringup.run.referee import Referee, Tick
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+REGIONS = RegionMap()
+START = Pose2(x_m=0.5, y_m=3.0, heading_rad=0.0)
+
+
+def tick(stamp: int, x: float, y: float) -> Tick:
+    truth = Pose2(x_m=x, y_m=y, heading_rad=0.0)
+    return Tick(time_ns=stamp, truth=truth, estimate=truth, commanded_heading_rad=0.0)
+
+
+@pytest.mark.parametrize('outcome_first', [False, True])
+def test_a_path_ends_with_the_tick_of_its_outcome(outcome_first: bool) -> None:  # noqa: FBT001
+    referee = Referee([START], REGIONS)
+    results = []
+    ticks = [tick(0, 9.0, 9.0), tick(1, 0.5, 3.0), tick(2, 1.5, 3.0), tick(3, 1.7, 0.5)]
+    if outcome_first:
+        results += referee.add_outcome(3, 0, PathOutcome.GOAL)
+    for each in ticks:
+        results += referee.add_tick(each)
+    if not outcome_first:
+        results += referee.add_outcome(3, 0, PathOutcome.GOAL)
+    (result,) = results
+    assert result.outcome == 'goal'
+    assert result.length_m == pytest.approx(1.0 + (0.2**2 + 2.5**2) ** 0.5)
+    assert result.duration_s == pytest.approx(2e-9)
+
+
+def test_a_goal_outside_the_goal_region_is_false() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 0.5, 0.5)):
+        assert not referee.add_tick(each)
+    (result,) = referee.add_outcome(2, 0, PathOutcome.GOAL)
+    assert result.outcome == 'false-goal'
+
+
+def test_ticks_between_the_end_and_the_next_placing_belong_to_no_path() -> None:
+    other = Pose2(x_m=3.0, y_m=4.0, heading_rad=0.0)
+    referee = Referee([START, other], REGIONS)
+    ticks = [
+        tick(1, 0.5, 3.0),
+        tick(2, 0.6, 3.0),
+        tick(3, 0.7, 3.0),
+        tick(4, 3.0, 4.0),
+        tick(5, 3.0, 3.9),
+    ]
+    outcomes = {2: (0, PathOutcome.BUMP), 5: (1, PathOutcome.TIMEOUT)}
+    results = []
+    for each in ticks:
+        results += referee.add_tick(each)
+        if each.time_ns in outcomes:
+            results += referee.add_outcome(each.time_ns, *outcomes[each.time_ns])
+    assert [r.outcome for r in results] == ['bump', 'timeout']
+    assert [r.length_m for r in results] == pytest.approx([0.1, 0.1])
+    assert results[1].start == other
+
+
+def test_it_does_not_matter_when_an_outcome_arrives() -> None:
+    events = [('tick', 1), ('tick', 2), ('outcome', 2), ('tick', 3), ('tick', 4), ('outcome', 4)]
+    lengths = set()
+    for order in itertools.permutations(events):
+        if [event for event in order if event[0] == 'tick'] != [
+            e for e in events if e[0] == 'tick'
+        ]:
+            continue  # the ticks of a synchronizer come in order
+        referee = Referee([], REGIONS)
+        results = []
+        for kind, stamp in order:
+            if kind == 'tick':
+                results += referee.add_tick(tick(stamp, 0.5, 1.0 + 0.5 * stamp))
+            else:
+                results += referee.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP)
+        lengths.add(tuple(round(r.length_m, 9) for r in results))
+    assert lengths == {(0.5, 0.5)}
