@@ -1,21 +1,58 @@
-"""The `bench` command."""
+"""The `bench` command: figures of ours beside floors and peers, measured in the same run."""
 
 from __future__ import annotations
 
 import argparse
+import importlib
+from pathlib import Path
+import pkgutil
+from types import ModuleType
 
-from goalreach_bringup.commands.not_there_yet import refuse
+from goalreach_bringup import bench
 
-__all__ = ['SUMMARY', 'configure', 'execute']
+__all__ = ['SUMMARY', 'configure', 'execute', 'suites']
 
-SUMMARY = 'Measure this machine against floors and peers (not there yet)'
+SUMMARY = 'Measure this machine against floors and peers; studies behind the documents'
+
+_HELPERS = ('row', 'report')
+
+
+def suites() -> list[str]:
+    """Return the names of the suites: the modules of `goalreach_bringup.bench`."""
+    modules = pkgutil.iter_modules(bench.__path__)
+    return [m.name for m in modules if not m.ispkg and m.name not in _HELPERS]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options: none so far."""
-    parser.add_argument('rest', nargs='*', help=argparse.SUPPRESS)
+    """Add one sub-command per suite, each with its own options."""
+    choice = parser.add_subparsers(dest='suite', metavar='SUITE', required=bool(suites()))
+    for name in suites():
+        suite = _load(name)
+        sub = choice.add_parser(
+            name.replace('_', '-'),
+            help=suite.SUMMARY,
+            description=suite.SUMMARY,
+            formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        )
+        sub.add_argument('--json', type=Path, metavar='FILE', help='write the rows as JSON')
+        suite.configure(sub)
 
 
-def execute(_options: argparse.Namespace) -> int:
-    """Say that the command is not there yet."""
-    return refuse('bench')
+def _load(name: str) -> ModuleType:
+    return importlib.import_module(f'goalreach_bringup.bench.{name}')
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Run a suite; return 0 where every row with a goal meets it, else 1.
+
+    Raises:
+        GoalreachError: An option is refused or a file cannot be written.
+    """
+    from goalreach_bringup.bench.report import rows_to_json, show_rows
+    from goalreach_bringup.summary_file import write_summary
+
+    rows = _load(options.suite.replace('-', '_')).execute(options)
+    show_rows(rows)
+    if options.json is not None:
+        write_summary(options.json, rows_to_json(rows, seed=options.seed))
+    return 1 if any(row.met is False for row in rows) else 0
