@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import sys
 from typing import Final
 
@@ -37,9 +36,6 @@ def main(arguments: list[str]) -> int:
         KeyboardInterrupt: After Ctrl-C.
         SystemExit: After `--help`, and with status 2 for a command line that cannot be read.
     """
-    # Must be there before the first message is imported: wrong types raise in place of
-    # going out as other numbers.
-    os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
     parser = _parser(arguments)
     args = parser.parse_args(arguments)
     if not hasattr(args, 'run'):

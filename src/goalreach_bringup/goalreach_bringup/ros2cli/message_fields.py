@@ -13,7 +13,7 @@ import yaml
 from goalreach_bringup.ros2cli.errors import CommandError
 from goalreach_bringup.ros2cli.interface_types import message_class
 
-__all__ = ['Stamper', 'parse_values', 'set_fields']
+__all__ = ['Stamper', 'build_message', 'parse_values']
 
 Stamper: TypeAlias = Callable[[Any], None]
 """Puts a `builtin_interfaces/msg/Time` where the user wrote `now` or `auto`."""
@@ -40,25 +40,30 @@ def parse_values(text: str) -> dict[str, Any]:
     return values
 
 
-def set_fields(message: Any, values: Any, path: str = '') -> list[Stamper]:  # noqa: ANN401
-    """Set the named fields of a message; the others keep their values.
+def build_message(kind: Any, values: Any) -> tuple[Any, list[Stamper]]:  # noqa: ANN401
+    """Return a message with the named fields set; the others keep their defaults.
 
     Numbers, strings and booleans are converted where nothing is lost (1 to 1.0, '1e-3' to
     0.001). Departure from ros2cli, which cuts 1.7 to 1 and takes any text for true: what does
     not fit is refused.
 
     Args:
-        message: A message, request or goal.
+        kind: The class of the message, or of the request of a service.
         values: Mapping from field names to values, nested like the message. A header may be
             `auto` and a time `now`.
-        path: Where the message is inside the one the user fills, ending with a dot.
 
     Returns:
-        Functions to be called with the present time before each publication.
+        The message, and functions to be called with the present time before each publication.
 
     Raises:
         CommandError: A field that does not exist, or a value that does not fit, by its path.
     """
+    message = kind(check_fields=True)
+    return message, _fill(message, values, '')
+
+
+def _fill(message: Any, values: Any, path: str) -> list[Stamper]:  # noqa: ANN401
+    """Set the fields of the message that is found at the path, which ends with a dot."""
     if not isinstance(values, dict):
         raise _refuse(path.rstrip('.') or 'message', values, 'a dictionary')
     kinds = message.get_fields_and_field_types()
@@ -87,7 +92,7 @@ def _convert(
 ) -> Any:  # noqa: ANN401
     """Return the value as the type that the field holds now."""
     if hasattr(current, 'get_fields_and_field_types'):
-        return _convert_message(type(current)(), value, kind, path, stampers)
+        return _convert_message(type(current), value, kind, path, stampers)
     if not isinstance(current, (array.array, np.ndarray, *_SEQUENCES)):
         return _scalar(type(current), value, path)
     if not isinstance(value, _SEQUENCES):
@@ -108,18 +113,19 @@ def _convert(
 
 
 def _convert_message(
-    message: Any,  # noqa: ANN401
+    message_type: Any,  # noqa: ANN401
     value: Any,  # noqa: ANN401
     kind: str,
     path: str,
     stampers: list[Stamper],
 ) -> Any:  # noqa: ANN401
+    message = message_type(check_fields=True)
     if kind == 'std_msgs/Header' and value == 'auto':
         stampers.append(lambda now: setattr(message, 'stamp', now))
     elif kind == 'builtin_interfaces/Time' and value == 'now':
         stampers.append(lambda now: _copy_time(message, now))
     else:
-        stampers.extend(set_fields(message, value, f'{path}.'))
+        stampers.extend(_fill(message, value, f'{path}.'))
     return message
 
 
@@ -132,7 +138,7 @@ def _element(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any: 
     match = _ELEMENT.match(kind)
     name = match['of'] if match else kind
     if '/' in name:
-        return _convert_message(message_class(name)(), value, name, path, stampers)
+        return _convert_message(message_class(name), value, name, path, stampers)
     return _scalar({'boolean': bool, 'octet': bytes}.get(name, str), value, path)
 
 

@@ -10,7 +10,7 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from goalreach_bringup.ros2cli.arguments import positive_float
 from goalreach_bringup.ros2cli.errors import CommandError
 from goalreach_bringup.ros2cli.interface_types import full_type_name, service_class
-from goalreach_bringup.ros2cli.message_fields import parse_values, set_fields
+from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
 from goalreach_bringup.ros2cli.ros_session import Session, add_session_arguments
 
 __all__ = ['add_verbs', 'call_service', 'list_services']
@@ -72,8 +72,7 @@ def call_service(args: argparse.Namespace) -> None:
         CommandError: The type or the values are wrong, or the service has another type.
     """
     service = service_class(args.service_type)
-    request = service.Request()
-    stampers = set_fields(request, parse_values(args.values))
+    request, stampers = build_message(service.Request, parse_values(args.values))
     with Session(args) as session:
         print('waiting for service to become available...', flush=True)
         name = session.node.resolve_service_name(args.service_name)

@@ -15,23 +15,31 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
 from goalreach_bringup.ros2cli.errors import CommandError
+from goalreach_bringup.ros2cli.participants_file import count_local_participants
 
 __all__ = ['Session', 'add_session_arguments', 'full_name']
 
 _STEP_S: Final = 0.05
 """Longest sleep of the executor; chosen: short beside discovery, long beside a callback."""
 
-_SETTLED_S: Final = 0.5
-"""A graph that has not changed for so long is taken for complete. Chosen: longer than the 0.3 s
-between the announcements of a goalreach node and than the 0.1 s between those of a default one."""
+_SETTLED_S: Final = 0.3
+"""The graph must not have changed for so long. Chosen: some times what the endpoints of a
+participant need to follow it."""
 
-_DISCOVERY_S: Final = 3.5
-"""Longest wait for the graph. Chosen: DDS repeats an announcement that was lost after 3 s."""
+_DISCOVERY_S: Final = 5.0
+"""Longest wait for the graph. Chosen: DDS repeats an announcement that was lost after 3 s, and the
+endpoints follow it."""
+
+_GUID_PREFIX: Final = 12
+"""So many first bytes of an endpoint's identifier are its participant's."""
+
+_UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
+"""The graph's word for a node whose endpoint is known before its name."""
 
 _PROFILES_VARIABLE: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _PROFILE: Final = Path(__file__).parents[1] / 'config' / 'fastdds_discovery.xml'
-"""Announces this process often. Found a default node after 2.5 s at worst without, 0.5 s with it
-(20 commands each)."""
+"""Announces this process often: of 20 commands each, the slowest found a default node after 2.5 s
+without it and after 0.5 s with it."""
 
 
 def add_session_arguments(parser: argparse.ArgumentParser) -> None:
@@ -127,6 +135,9 @@ class Session:
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
         """Wait until the graph has settled and holds what is looked for.
 
+        It has settled when it does not change any more and has a node of each DDS participant
+        of this machine.
+
         Args:
             found: What is looked for; another node than this one if None.
 
@@ -140,7 +151,7 @@ class Session:
             now_s = time.monotonic()
             if graph != (graph := self._graph()):
                 changed_s = now_s
-            if now_s - changed_s >= _SETTLED_S and looked_for():
+            if now_s - changed_s >= _SETTLED_S and self._is_complete() and looked_for():
                 return True
             if now_s >= end_s:
                 return looked_for()
@@ -169,6 +180,15 @@ class Session:
 
     def _is_not_alone(self) -> bool:
         return len(self.node.get_node_names()) > 1
+
+    def _is_complete(self) -> bool:
+        """Return whether a node of each participant of this machine is known by its name."""
+        seen = {
+            bytes(info.endpoint_gid[:_GUID_PREFIX])
+            for info in self.node.get_publishers_info_by_topic('/parameter_events')
+            if info.node_name != _UNKNOWN_NODE
+        }
+        return len(seen) >= count_local_participants(self.node.context.get_domain_id())
 
     def _graph(self) -> tuple[list[str], dict[str, list[str]], dict[str, list[str]]]:
         return self.node_names(hidden=True), self.topics(), self.services()

@@ -8,7 +8,7 @@ from typing import Any
 from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float, positive_int
 from goalreach_bringup.ros2cli.errors import CommandError
 from goalreach_bringup.ros2cli.interface_types import message_class
-from goalreach_bringup.ros2cli.message_fields import Stamper, parse_values, set_fields
+from goalreach_bringup.ros2cli.message_fields import Stamper, build_message, parse_values
 from goalreach_bringup.ros2cli.ros_qos import (
     add_qos_arguments,
     compatible_profile,
@@ -62,12 +62,12 @@ def publish(args: argparse.Namespace) -> None:
     Raises:
         CommandError: The type or the values are wrong, or nobody subscribed in time.
     """
-    message = message_class(args.message_type)()
-    stampers = set_fields(message, parse_values(args.values))
+    kind = message_class(args.message_type)
+    message, stampers = build_message(kind, parse_values(args.values))
     profile = profile_from_options(args) or compatible_profile(args.qos_profile, [])[0]
     times = 1 if args.once else args.times
     with Session(args, args.node_name) as session:
-        publisher = session.node.create_publisher(type(message), args.topic_name, profile)
+        publisher = session.node.create_publisher(kind, args.topic_name, profile)
         _wait_for_subscriptions(session, publisher, args, 1 if times else 0)
         print('publisher: beginning loop', flush=True)
         loop = _Loop(session.node, publisher, message, stampers, args.print)

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import pytest
+
+from goalreach_bringup.ros2cli.main import COMMANDS, main
+
+
+def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith('usage: ros2 ')
+    assert all(name in out for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        [],
+        ['topic'],
+        *(['topic', verb] for verb in ('list', 'info', 'echo', 'hz', 'pub')),
+        *(['node', verb] for verb in ('list', 'info')),
+        *(['param', verb] for verb in ('list', 'get', 'set', 'dump')),
+        *(['service', verb] for verb in ('list', 'call')),
+    ],
+)
+def test_each_level_has_its_help(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([*arguments, '--help'])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out.startswith(' '.join(['usage: ros2', *arguments]))
+
+
+@pytest.mark.parametrize('arguments', [['tpoic'], ['topic', 'lits'], ['topic', 'info'], ['node']])
+def test_wrong_words_end_with_status_2(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert 'error: ' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'line'),
+    [
+        (['topic', 'pub', '/a', 'std_msgs/msg/Nope'], 'The passed message type is invalid'),
+        (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '[1]'], 'The passed value needs to be a '),
+        (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '{data: 2}'], 'Failed to populate field: '),
+        (['service', 'call', '/a', 'std_msgs/msg/Bool'], 'The passed type is not a service'),
+        (['topic', 'echo', '/a', '--field', '.'], "Invalid field value '.'"),
+    ],
+)
+def test_mistakes_are_one_line_before_any_node_is_made(
+    arguments: list[str], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 1
+    out, error = capsys.readouterr()
+    assert out == ''
+    assert error.startswith(line)
+    assert error.count('\n') == 1
