@@ -4,6 +4,7 @@ Everything is built into a scratch folder; the repository stays as it is.
 """
 
 from dataclasses import dataclass
+import os
 from pathlib import Path
 import shutil
 import subprocess
@@ -84,7 +85,12 @@ class Workspace:
 
     def _run(self, *words: str) -> bool:
         command = self._command(words)
-        return subprocess.run(command, cwd=self.root, check=False).returncode == 0
+        environment = {
+            **os.environ,
+            'HYPOTHESIS_STORAGE_DIRECTORY': str(self.scratch / 'hypothesis'),
+        }
+        done = subprocess.run(command, cwd=self.root, check=False, env=environment)
+        return done.returncode == 0
 
     def _output(self, *words: str) -> str:
         command = self._command(words)
