@@ -102,7 +102,7 @@ def identify(
     arena_size_m: tuple[float, float],
     config: AssociationConfig,
 ) -> Fix | None:
-    """Return the one pose and labelling that explain an image, or None.
+    """Return the one pose and labelling that explain an image or a panorama, or None.
 
     Three spots are tried first; where no three of them are LEDs, two.
 
@@ -148,7 +148,7 @@ def _solve(
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
     """Solve all labellings whose first guess is possible."""
-    seeds = _seeds(geometry, pixels_px[spots], leds)
+    seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
     with np.errstate(invalid='ignore'):
@@ -157,26 +157,35 @@ def _solve(
         return None
     if len(possible) > _MOST_SOLVED:
         guesses = seeds[possible]
-        first = geometry.project(guesses, geometry.offsets_m(guesses, leds[possible]))
+        offsets_m = geometry.offsets_m(guesses, leds[possible])
+        first = geometry.project(guesses, offsets_m, spots[possible])
         misfit = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
         possible = possible[np.argsort(misfit)[:_MOST_SOLVED]]
     spots, leds = spots[possible], leds[possible]
-    solutions = solve_poses(geometry, pixels_px[spots], sigmas_px[spots], leds, seeds[possible])
+    solutions = solve_poses(
+        geometry, pixels_px, sigmas_px, spots=spots, leds=leds, seeds=seeds[possible]
+    )
     return solutions, spots, leds
 
 
-def _seeds(geometry: ImageGeometry, pixels_px: FloatArray, leds: NDArray[np.intp]) -> FloatArray:
+def _seeds(
+    geometry: ImageGeometry,
+    pixels_px: FloatArray,
+    spots: NDArray[np.intp],
+    leds: NDArray[np.intp],
+) -> FloatArray:
     """Return first guesses (r m, 3): by range and bearing, and by three bearings alone."""
-    slopes = (pixels_px - geometry.lens.centre_px) / geometry.lens.focal_px
+    slopes = ((pixels_px - geometry.lens.centre_px) / geometry.lens.focal_px)[spots]
+    tilts = geometry.tilts_rad[spots]
+    turns = np.exp(1j * geometry.turns_rad)[spots]
     places = geometry.leds_m[leds]
     flat: NDArray[np.complex128] = places[..., 0] + 1j * places[..., 1]
-    rise_m = places[..., 2] - geometry.camera_height_m
-    seen_m = level_points(slopes, rise_m, geometry.tilt_rad)
-    seeds = align(flat, seen_m)
+    seeds = align(
+        flat, turns * level_points(slopes, places[..., 2] - geometry.camera_height_m, tilts)
+    )
     if leds.shape[1] != _TRIPLE:
         return seeds
-    forward = np.cos(geometry.tilt_rad) + np.sin(geometry.tilt_rad) * slopes[..., 1]
-    rays = forward - 1j * slopes[..., 0]
+    rays = turns * (np.cos(tilts) + np.sin(tilts) * slopes[..., 1] - 1j * slopes[..., 0])
     bearings_only, _ = triangulate(flat, rays / np.abs(rays))
     return np.concatenate([seeds, bearings_only])
 

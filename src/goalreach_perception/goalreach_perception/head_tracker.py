@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 import math
 
 from goalreach_msgs_py.angles import wrap_angle
-from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.units import deg
 from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_perception.head_config import HeadConfig
+from goalreach_perception.head_search import HeadSearch
 from goalreach_perception.measurement_model import Lens
 
-__all__ = ['HeadConfig', 'HeadTracker']
+__all__ = ['HeadTracker']
 
-_AT_END_RAD = deg(4.0)
 _WIDER_RAD = deg(5.0)
 """How much wider another pair of LEDs must be to change over to it. Chosen."""
 _ENTRY_SLACK = 0.93
@@ -23,43 +22,11 @@ _ENTRY_SLACK = 0.93
 _LEAST_DEPTH_M = 0.01
 
 
-@dataclass(frozen=True, kw_only=True)
-class HeadConfig:
-    """Ranges of the head and habits of its tracker."""
-
-    pan_limit_rad: float = parameter(
-        deg(87.0), 'Pan range to each side, rad (the paper: 174 deg in all)', minimum=0.0
-    )
-    tilt_minimum_rad: float = parameter(
-        deg(-20.0), 'Lower end of the tilt range, rad (the paper: 70 deg in all)'
-    )
-    tilt_maximum_rad: float = parameter(
-        deg(50.0), 'Upper end of the tilt range, rad (the paper: 70 deg in all)'
-    )
-    view_margin_px: float = parameter(
-        40.0, 'An LED nearer than this to the border of the image is not in view', minimum=0.0
-    )
-    search_tilt_rad: float = parameter(
-        deg(14.0), 'Tilt while searching, rad (chosen: LEDs rise 4 to 40 deg)'
-    )
-    search_lead_rad: float = parameter(
-        deg(60.0),
-        'How far ahead of itself the turret is sent while searching, rad (chosen)',
-        minimum=0.0,
-        maximum=3.0,
-    )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
-
-
 class HeadTracker:
     """Chooses joint targets, one set per image.
 
     Tracking, the turret is sent to the azimuth of the landmarks and the pan joint makes up for
-    what the slow turret still lacks, so pan stays near zero. Searching, pan sweeps from end to
-    end, nearest end first, while the turret turns one way: all azimuths are seen in bounded time.
+    what the slow turret still lacks, so pan stays near zero.
 
     Args:
         config: Ranges and habits.
@@ -68,29 +35,14 @@ class HeadTracker:
     def __init__(self, config: HeadConfig) -> None:
         self._config = config
         self._aim: tuple[int, ...] = ()
-        self._sweep = 0.0
-        self._turret_sign = 1.0
+        self._search = HeadSearch(config)
         self._last_azimuth_rad: float | None = None
 
     def search(self, joints: HeadAngles) -> HeadAngles:
-        """Return joint targets that look for landmarks.
-
-        Args:
-            joints: Encoder readings.
-        """
-        limit = self._config.pan_limit_rad
-        if self._sweep == 0.0:
-            self._sweep = 1.0 if joints.pan_rad >= 0.0 else -1.0
-            self._turret_sign = -self._sweep
-        if joints.pan_rad * self._sweep > limit - _AT_END_RAD:
-            self._sweep = -self._sweep
+        """Return joint targets that look for landmarks; see `HeadSearch`."""
         self._aim = ()
         self._last_azimuth_rad = None
-        return HeadAngles(
-            turret_rad=joints.turret_rad + self._turret_sign * self._config.search_lead_rad,
-            pan_rad=self._sweep * limit,
-            tilt_rad=self._config.search_tilt_rad,
-        )
+        return self._search.step(joints)
 
     def track(
         self,
@@ -110,7 +62,7 @@ class HeadTracker:
             biases_rad: Believed pan and tilt bias.
             lens: The lens.
         """
-        self._sweep = 0.0
+        self._search.reset()
         azimuth, tilt = self._look_at(offsets_m.tolist(), lens)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
@@ -122,11 +74,8 @@ class HeadTracker:
         return HeadAngles(
             turret_rad=joints.turret_rad + to_go,
             pan_rad=min(max(to_go - turning - biases_rad[0], -limit), limit),
-            tilt_rad=self._clip_tilt(tilt - biases_rad[1]),
+            tilt_rad=self._config.clip_tilt(tilt - biases_rad[1]),
         )
-
-    def _clip_tilt(self, tilt_rad: float) -> float:
-        return min(max(tilt_rad, self._config.tilt_minimum_rad), self._config.tilt_maximum_rad)
 
     def _look_at(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
         """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all."""
@@ -171,11 +120,11 @@ class HeadTracker:
         turns = [wrap_angle(azimuths[i] - start) for i in leds]
         azimuth = start + 0.5 * (min(turns) + max(turns))
         rises = [math.atan2(offsets_m[i][2], math.hypot(*offsets_m[i][:2])) for i in leds]
-        tilt = self._clip_tilt(0.5 * (min(rises) + max(rises)))
+        tilt = self._config.clip_tilt(0.5 * (min(rises) + max(rises)))
         places = [offsets_m[i] for i in leds]
         left, right, top, bottom = _extent(places, azimuth, tilt)
         azimuth -= math.atan(0.5 * (left + right) / math.cos(tilt))
-        tilt = self._clip_tilt(tilt - math.atan(0.5 * (top + bottom)))
+        tilt = self._config.clip_tilt(tilt - math.atan(0.5 * (top + bottom)))
         left, right, top, bottom = _extent(places, azimuth, tilt)
         return azimuth, tilt, max(-left, right), max(-top, bottom)
 

@@ -11,9 +11,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import (
+    FloatArray,
     HeadAngles,
     LandmarkObservation,
     Odometry,
@@ -30,14 +31,21 @@ from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOu
 from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
 from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.optics import Optics
+from goalreach_perception.panorama import Panorama, Sightings
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.pose_watch import Mode, PoseWatch
 
 __all__ = ['LandmarkLocalizer', 'LocalizerConfig', 'LocalizerCounters', 'LocalizerOutput']
 
-_START_SIGMA_M = 3.0
-_START_SIGMA_RAD = 1.0
-"""Spread given to a pose before the image it was solved from corrects it: next to nothing."""
+_START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
+"""Given to a pose before the image it was solved from corrects it: next to no knowledge."""
+_PANORAMA_INFLATION = 4.0
+"""The filter does not keep how errors of a panorama correlate with those of the survey, so its
+covariance is made larger. Chosen."""
+_PANORAMA_SIGMA_M = 0.15
+"""A panorama that is less sure than this is not used: from afar one image holds all LEDs, and is
+far better. Chosen."""
+_UNNAMED = np.empty(0, dtype=np.intp)
 _TRIPLE = 3
 _REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 
@@ -66,6 +74,7 @@ class LandmarkLocalizer:
         )
         self._head = HeadTracker(config.head)
         self._watch = PoseWatch(config.watch)
+        self._panorama = Panorama(noise.pan_tilt_noise_rad)
         self._counts = dict.fromkeys(LocalizerCounters.__dataclass_fields__, 0)
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
@@ -113,7 +122,7 @@ class LandmarkLocalizer:
         if self._watch.mode is not Mode.SEARCHING:
             seen = self._follow(image, joints, self._optics)
         if self._watch.mode in (Mode.SEARCHING, Mode.DOUBTFUL):
-            seen = self._acquire(image, joints, self._optics) or seen
+            seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
         return self._output
 
@@ -142,6 +151,7 @@ class LandmarkLocalizer:
                 turn_rad_per_s=self._config.robot_turn_rad_per_s,
             )
             if jumped:
+                self._panorama.clear()
                 self._lose('odometry jumped')
             else:
                 self._filter.predict(before, now)
@@ -194,13 +204,18 @@ class LandmarkLocalizer:
             self._counts['lost'] += 1
             self._restart(fix, seen, joints, optics)
 
-    def _acquire(self, image: Image, joints: HeadAngles, optics: Optics) -> SeenLeds | None:
-        """Start the filter anew where one image tells the pose."""
+    def _acquire(
+        self, image: Image, joints: HeadAngles, odometry: Pose2, optics: Optics
+    ) -> SeenLeds | None:
+        """Start the filter anew where this image, or the last ones together, tell the pose."""
         spots = self._detector.in_frame(image)
-        unnamed = np.empty(0, dtype=np.intp)
-        lights = SeenLeds(unnamed, spots, optics.to_ideal(spots.pixels_px), 0)
+        lights = SeenLeds(_UNNAMED, spots, optics.to_ideal(spots.pixels_px), 0)
         fix = self._identify(lights, joints, optics)
-        if fix is None or (self._watch.mode is Mode.DOUBTFUL and len(fix.leds) < _TRIPLE):
+        if self._watch.mode is Mode.DOUBTFUL:
+            if fix is None or len(fix.leds) < _TRIPLE:
+                return None
+        elif fix is None:
+            self._look_around(lights, joints, odometry, optics)
             return None
         seen = SeenLeds(
             fix.leds, spots[fix.spots.tolist()], lights.pixels_px[fix.spots], len(fix.leds)
@@ -208,35 +223,80 @@ class LandmarkLocalizer:
         self._restart(fix, seen, joints, optics)
         return seen
 
+    def _look_around(
+        self, lights: SeenLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
+    ) -> None:
+        """Start the filter where the lights of several images together tell the pose.
+
+        Each of them was seen more than once, so even two need no confirmation: neither is a
+        spurious light, and `identify` saw no other pose that fits.
+        """
+        gained = self._panorama.add(
+            lights.pixels_px,
+            lights.spots.sigmas_px,
+            lens=optics.lens,
+            joints=joints,
+            odometry=odometry,
+        )
+        if not gained:
+            return
+        sightings = self._panorama.sightings(self._config.detection.maximum_spots)
+        fix = self._solve(sightings, optics)
+        if fix is None:
+            return
+        covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
+        if covariance[0, 0] + covariance[1, 1] > _PANORAMA_SIGMA_M**2:
+            return
+        covariance[2, 2] += self._filter.covariance[PAN_BIAS, PAN_BIAS]
+        heading = odometry.heading_rad + fix.azimuth_rad - float(self._filter.mean[PAN_BIAS])
+        pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading)
+        self._start(pose, covariance, sure=True)
+
     def _identify(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
-        """Return the pose and labelling that explain the lights of an image, or None."""
+        """Return the pose and labelling that explain the lights of one image, or None."""
+        count = len(seen.pixels_px)
+        image = Sightings(
+            seen.pixels_px,
+            seen.spots.sigmas_px,
+            np.zeros(count),
+            np.full(count, joints.tilt_rad),
+        )
+        return self._solve(image, optics)
+
+    def _solve(self, sightings: Sightings, optics: Optics) -> Fix | None:
+        """Return the pose and labelling that explain lights, or None."""
         state = self._filter
         geometry = ImageGeometry(
             leds_m=state.leds_m,
             camera_height_m=state.camera_height_m,
-            tilt_rad=joints.tilt_rad + float(state.mean[TILT_BIAS]),
+            turns_rad=sightings.turns_rad,
+            tilts_rad=sightings.tilts_rad + float(state.mean[TILT_BIAS]),
             lens=optics.lens.scaled(state.focal_error),
             nuisance_covariance=state.covariance,
             tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
         )
         return identify(
             geometry,
-            seen.pixels_px,
-            seen.spots.sigmas_px,
+            sightings.pixels_px,
+            sightings.sigmas_px,
             arena_size_m=(self._config.arena_width_m, self._config.arena_length_m),
             config=self._config.association,
         )
 
+    def _start(self, pose: Pose2, covariance: FloatArray, *, sure: bool) -> None:
+        """Start the filter at a pose."""
+        self._filter.start(pose, covariance)
+        self._counts['acquired'] += 1
+        self._watch.start(sure=sure)
+        self._panorama.clear()
+
     def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
-        heading = wrap_angle(fix.azimuth_rad - turned)
-        pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading)
-        self._filter.start(pose, _START_SIGMA_M, _START_SIGMA_RAD)
+        pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
+        self._start(pose, _START_COVARIANCE, sure=len(seen.leds) >= _TRIPLE)
         prediction = self._filter.expect(optics.lens, joints)
         self._filter.correct(prediction, *seen.measured)
-        self._counts['acquired'] += 1
-        self._watch.start(len(seen.leds))
 
     def _answer(
         self, seen: SeenLeds | None, joints: HeadAngles, optics: Optics

@@ -40,7 +40,9 @@ class ImageGeometry:
     Attributes:
         leds_m: (n, 3) believed places of the LEDs in `map`.
         camera_height_m: Believed height of the optical centre.
-        tilt_rad: Encoder reading plus believed bias.
+        turns_rad: (spots,) azimuth of the optical axis less the azimuth that is solved for: zero
+            for spots of one image.
+        tilts_rad: (spots,) tilt encoder reading plus believed bias.
         lens: Believed lens.
         nuisance_covariance: (9 + 3 n,) squared covariance of the state vector, of which the rows
             from the tilt bias on are used.
@@ -49,7 +51,8 @@ class ImageGeometry:
 
     leds_m: FloatArray
     camera_height_m: float
-    tilt_rad: float
+    turns_rad: FloatArray
+    tilts_rad: FloatArray
     lens: Lens
     nuisance_covariance: FloatArray
     tilt_noise_rad: float
@@ -66,14 +69,25 @@ class ImageGeometry:
         offsets_m[..., 2] -= self.camera_height_m
         return offsets_m
 
-    def project(self, poses: FloatArray, offsets_m: FloatArray) -> Projection:
-        """Project LEDs as seen from poses.
+    def project(
+        self, poses: FloatArray, offsets_m: FloatArray, spots: NDArray[np.intp]
+    ) -> Projection:
+        """Project LEDs as seen from poses, each by the camera as it stood for its spot.
 
         Args:
             poses: (m, 3) of x, y, azimuth.
             offsets_m: (m, k, 3) LEDs relative to the optical centre.
+            spots: (m, k) indices of the spots.
         """
-        return project(offsets_m, _rotations(poses[:, 2], self.tilt_rad), self.lens)
+        rotations = _rotations(poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots])
+        single = project(offsets_m[:, :, None, :], rotations, self.lens)
+        return Projection(
+            single.pixels_px[:, :, 0],
+            single.depth_m[:, :, 0],
+            single.by_offset[:, :, 0],
+            single.by_tilt[:, :, 0],
+            single.by_focal[:, :, 0],
+        )
 
 
 @dataclass(frozen=True)
@@ -92,14 +106,14 @@ class Solutions:
     information: FloatArray
 
 
-def _rotations(azimuths: FloatArray, tilt_rad: float) -> FloatArray:
-    """Return the rotations from `map` to the optical frame, (m, 3, 3)."""
+def _rotations(azimuths: FloatArray, tilts: FloatArray) -> FloatArray:
+    """Return the rotations from `map` to the optical frame, (m, k, 3, 3)."""
     ca, sa = np.cos(azimuths), np.sin(azimuths)
-    ct, st = np.cos(tilt_rad), np.sin(tilt_rad)
-    rotations = np.zeros((len(azimuths), 3, 3))
-    rotations[:, 0, 0], rotations[:, 0, 1] = sa, -ca
-    rotations[:, 1, 0], rotations[:, 1, 1], rotations[:, 1, 2] = ca * st, sa * st, -ct
-    rotations[:, 2, 0], rotations[:, 2, 1], rotations[:, 2, 2] = ca * ct, sa * ct, st
+    ct, st = np.cos(tilts), np.sin(tilts)
+    rotations = np.zeros((*azimuths.shape, 3, 3))
+    rotations[..., 0, 0], rotations[..., 0, 1] = sa, -ca
+    rotations[..., 1, 0], rotations[..., 1, 1], rotations[..., 1, 2] = ca * st, sa * st, -ct
+    rotations[..., 2, 0], rotations[..., 2, 1], rotations[..., 2, 2] = ca * ct, sa * ct, st
     return rotations
 
 
@@ -124,29 +138,32 @@ def solve_poses(
     geometry: ImageGeometry,
     pixels_px: FloatArray,
     sigmas_px: FloatArray,
+    *,
+    spots: NDArray[np.intp],
     leds: NDArray[np.intp],
     seeds: FloatArray,
-    *,
     iterations: int = _ITERATIONS,
 ) -> Solutions:
     """Return the most likely pose of each labelling.
 
     Args:
         geometry: What is known.
-        pixels_px: (m, k, 2) ideal pixels (lens distortion removed).
-        sigmas_px: (m, k) standard deviation of each per axis.
-        leds: (m, k) which LED each is.
+        pixels_px: (n, 2) ideal pixels of the spots (lens distortion removed).
+        sigmas_px: (n,) standard deviation of each per axis.
+        spots: (m, k) which spots each labelling uses.
+        leds: (m, k) which LED each of them is.
         seeds: (m, 3) first guesses of x, y, azimuth.
         iterations: Gauss-Newton steps.
     """
     poses = seeds.copy()
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
-    variances = np.repeat(sigmas_px**2, 2, axis=1)
+    variances = np.repeat(sigmas_px[spots] ** 2, 2, axis=1)
+    measured_px = pixels_px[spots]
     offsets_m = geometry.offsets_m(poses, leds)
-    projection = geometry.project(poses, offsets_m)
+    projection = geometry.project(poses, offsets_m, spots)
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     for _ in range(iterations):
-        residuals = (pixels_px - projection.pixels_px).reshape(len(poses), -1, 1)
+        residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
         jacobian = _pose_jacobian(projection, offsets_m)
         weighted = jacobian.swapaxes(1, 2) @ weights
         normal = weighted @ jacobian
@@ -155,10 +172,10 @@ def solve_poses(
         steps = np.linalg.solve(normal, weighted @ residuals)[..., 0]
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
         offsets_m = geometry.offsets_m(poses, leds)
-        projection = geometry.project(poses, offsets_m)
+        projection = geometry.project(poses, offsets_m, spots)
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     jacobian = _pose_jacobian(projection, offsets_m)
-    residuals = (pixels_px - projection.pixels_px).reshape(len(poses), -1, 1)
+    residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
     chi2 = (residuals.swapaxes(1, 2) @ weights @ residuals)[:, 0, 0]
     seen = (projection.depth_m > _BEHIND_M).all(axis=1)
     information = jacobian.swapaxes(1, 2) @ weights @ jacobian

@@ -182,18 +182,17 @@ class PoseFilter:
         """The believed relative error of the focal length."""
         return float(self.mean[FOCAL])
 
-    def start(self, pose: Pose2, sigma_m: float, sigma_rad: float) -> None:
+    def start(self, pose: Pose2, covariance: FloatArray) -> None:
         """Take a new pose; what is known of everything else stays.
 
         Args:
             pose: The pose.
-            sigma_m: Its uncertainty per axis (1 sigma).
-            sigma_rad: The uncertainty of its heading.
+            covariance: (3, 3) of x, y, heading; taken as independent of everything else.
         """
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
-        self.covariance[[0, 1, 2], [0, 1, 2]] = sigma_m**2, sigma_m**2, sigma_rad**2
+        self.covariance[:3, :3] = covariance
 
     def predict(self, before: Pose2, after: Pose2) -> None:
         """Move by what the odometry moved.

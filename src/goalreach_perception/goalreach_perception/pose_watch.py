@@ -82,15 +82,15 @@ class PoseWatch:
         self._contradictions = 0
         self._checked = 0
 
-    def start(self, leds: int) -> None:
-        """Take note of a pose from one image.
+    def start(self, *, sure: bool) -> None:
+        """Take note of a new pose.
 
         Args:
-            leds: How many LEDs it came from; one from two must be confirmed.
+            sure: False for one from two lights of one image, which must be confirmed.
         """
         self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
-        if leds > _PAIR:
+        if sure:
             self.mode, self.reason = Mode.TRACKING, ''
         else:
             self.mode = Mode.CONFIRMING

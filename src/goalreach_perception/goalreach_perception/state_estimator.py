@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.regions import (
     DEFAULT_X_KNOTS_M,
@@ -60,6 +61,16 @@ class StateEstimatorConfig:
         """Check every field, and the knots and the goal as a whole."""
         check_fields(self)
         self.region_map()
+
+    @classmethod
+    def for_arena(cls, arena: Arena) -> StateEstimatorConfig:
+        """Return the configuration for the regions and the goal of an arena."""
+        regions = arena.regions
+        return cls(
+            x_knots_m=regions.x_knots_m,
+            y_knots_m=regions.y_knots_m,
+            goal=region_name(regions.goal),
+        )
 
     def region_map(self) -> RegionMap:
         """Return the regions that the knots and the goal describe.

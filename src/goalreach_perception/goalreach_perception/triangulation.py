@@ -17,7 +17,7 @@ ComplexArray = NDArray[np.complex128]
 _TINY = 1e-12
 
 
-def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: float) -> ComplexArray:
+def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: FloatArray) -> ComplexArray:
     """Return where LEDs of known height stand in the levelled frame of the camera.
 
     A ray (s_u, s_v, 1) of a camera tilted by T runs cos T + sin T s_v forward, s_u to the right
@@ -26,7 +26,7 @@ def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: float) -> Com
     Args:
         slopes: (..., 2) of (pixel - centre) / focal length.
         rise_m: (...) height of the LED above the optical centre, metres.
-        tilt_rad: Tilt, upward.
+        tilt_rad: (...) tilt, upward.
 
     Returns:
         (...) forward + left * 1j, metres; NaN where the ray never gets to that height.
@@ -36,8 +36,7 @@ def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: float) -> Com
     with np.errstate(divide='ignore', invalid='ignore'):
         stretch = rise_m / up
     stretch = np.where(stretch > 0.0, stretch, np.nan)
-    points: ComplexArray = stretch * (forward - 1j * slopes[..., 0])
-    return points
+    return np.asarray(stretch * (forward - 1j * slopes[..., 0]), dtype=np.complex128)
 
 
 def align(places_m: ComplexArray, seen_m: ComplexArray) -> FloatArray:
@@ -51,8 +50,11 @@ def align(places_m: ComplexArray, seen_m: ComplexArray) -> FloatArray:
         (m, 3) of x, y, azimuth.
     """
     middle_m, seen_middle_m = places_m.mean(axis=1), seen_m.mean(axis=1)
-    turn = ((places_m - middle_m[:, None]) * np.conj(seen_m - seen_middle_m[:, None])).sum(axis=1)
-    turn = turn / np.maximum(np.abs(turn), _TINY)
+    turn: ComplexArray = (
+        (places_m - middle_m[:, None]) * np.conj(seen_m - seen_middle_m[:, None])
+    ).sum(axis=1)
+    with np.errstate(invalid='ignore'):
+        turn /= np.maximum(np.abs(turn), _TINY)
     position_m = middle_m - turn * seen_middle_m
     return np.stack([position_m.real, position_m.imag, np.angle(turn)], axis=1)
 
