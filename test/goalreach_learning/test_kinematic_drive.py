@@ -1,0 +1,77 @@
+from collections.abc import Callable
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_learning.kinematic_drive import blended_track, crisp_track
+from goalreach_learning.policy import Policy
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2, Region
+from goalreach_perception.fuzzy_sets import memberships
+
+PolicyMaker = Callable[[dict[Region, int]], Policy]
+REGIONS = RegionMap()
+X1, Y1 = 1.1811, 1.6891
+
+
+def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return memberships(x_m, REGIONS.x_knots_m), memberships(y_m, REGIONS.y_knots_m)
+
+
+def at(x_m: float, y_m: float) -> Pose2:
+    return Pose2(x_m=x_m, y_m=y_m, heading_rad=0.0)
+
+
+def test_crisp_track_turns_at_the_borders(arena: Arena, make_policy: PolicyMaker) -> None:
+    track = crisp_track(arena, make_policy({(0, 1): 0, (1, 1): 6}), at(0.5, 2.5))
+    assert track.outcome is PathOutcome.GOAL
+    assert track.points_m == pytest.approx(np.array([[0.5, 2.5], [X1, 2.5], [X1, Y1]]))
+    assert track.length_m == pytest.approx(X1 - 0.5 + 2.5 - Y1)
+
+
+def test_crisp_track_ends_at_a_wall(arena: Arena, make_policy: PolicyMaker) -> None:
+    track = crisp_track(arena, make_policy({(0, 1): 4}), at(0.5, 2.5))
+    assert track.outcome is PathOutcome.BUMP
+    assert track.points_m[-1] == pytest.approx([0.225, 2.5])
+
+
+def test_going_to_and_fro_for_ever_is_cut_off(arena: Arena, make_policy: PolicyMaker) -> None:
+    policy = make_policy({(0, 1): 0, (1, 1): 4})
+    assert crisp_track(arena, policy, at(0.5, 2.5)).outcome is PathOutcome.TIMEOUT
+
+
+def test_blended_track_bends_into_the_goal(arena: Arena, make_policy: PolicyMaker) -> None:
+    track = blended_track(
+        arena,
+        make_policy({(0, 1): 0, (1, 1): 6}),
+        at(0.5, 2.5),
+        mode='fuzzy',
+        memberships=fuzzy_state,
+    )
+    assert track.outcome is PathOutcome.GOAL
+    steps = np.diff(track.points_m, axis=0)
+    turns = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
+    assert np.abs(turns).max() < math.radians(6.0)
+    assert track.length_m < X1 - 0.5 + 2.5 - Y1 + 0.3
+
+
+@pytest.mark.parametrize('mode', ['fuzzy', 'fuzzy-eq3'])
+def test_no_blended_track_comes_nearer_to_a_wall_than_its_start(
+    mode: str, arena: Arena, learned: Policy
+) -> None:
+    for x_m in np.linspace(0.24, arena.width_m - 0.24, 9):
+        for y_m in np.linspace(0.24, arena.length_m - 0.24, 13):
+            track = blended_track(
+                arena,
+                learned,
+                at(x_m, y_m),
+                mode=mode,
+                memberships=fuzzy_state,
+                step_m=0.02,
+            )
+            assert track.outcome is PathOutcome.GOAL
+            sizes = np.array([arena.width_m, arena.length_m])
+            gaps = np.minimum(track.points_m, sizes - track.points_m).min(axis=1)
+            assert gaps.min() >= min(gaps[0], 0.5) - 1e-9

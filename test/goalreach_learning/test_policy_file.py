@@ -1,0 +1,89 @@
+from collections.abc import Callable
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import read_policy, write_policy
+from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.regions import RegionMap
+
+Change = Callable[[dict[str, Any]], object]
+
+
+def test_what_was_written_is_read(tmp_path: Path, learned: Policy) -> None:
+    file = tmp_path / 'policy.json'
+    write_policy(file, learned)
+    found = read_policy(file)
+    assert np.array_equal(found.q, learned.q)
+    assert np.array_equal(found.visits, learned.visits)
+    assert found.regions == learned.regions
+    assert found.learning == learned.learning
+    assert found.actions == learned.actions
+
+
+def test_file_is_as_documented(tmp_path: Path, learned: Policy) -> None:
+    write_policy(tmp_path / 'p.json', learned)
+    document = json.loads((tmp_path / 'p.json').read_text())
+    assert (document['format'], document['version']) == ('goalreach-policy', 1)
+    assert np.shape(document['q']) == np.shape(document['visits']) == (3, 3, 8)
+    assert document['actions_rad'] == pytest.approx([k * np.pi / 4 for k in range(8)])
+    assert len(document['regions']['x_knots_m']) == 6
+    assert document['learning']['alpha'] == 0.3
+
+
+def test_another_goal_survives(tmp_path: Path) -> None:
+    policy = Policy.unlearned(RegionMap(goal=(2, 2)))
+    write_policy(tmp_path / 'p.json', policy)
+    assert read_policy(tmp_path / 'p.json').regions.goal == (2, 2)
+
+
+DEFECTS: dict[str, tuple[Change, str]] = {
+    'format': (lambda d: d.update(format='x'), "format = 'x'"),
+    'version': (lambda d: d.update(version=2), 'version = 2'),
+    'version true': (lambda d: d.update(version=True), 'version = True'),
+    'no q': (lambda d: d.pop('q'), 'q is missing'),
+    'q short': (lambda d: d['q'][1].pop(), r'q\[1\] has 2 elements: must be a list of 3'),
+    'q nan': (lambda d: d['q'][1][2].__setitem__(3, float('nan')), r'q\[1\]\[2\]\[3\] = nan'),
+    'q text': (lambda d: d['q'][0][0].__setitem__(7, '1'), r"q\[0\]\[0\]\[7\] = '1'"),
+    'q huge': (lambda d: d['q'][0][0].__setitem__(7, 10**400), r'q\[0\]\[0\]\[7\] = 1000'),
+    'visits': (lambda d: d['visits'][0][0].__setitem__(0, -3), 'visits holds -3'),
+    'visits half': (lambda d: d['visits'][0][0].__setitem__(0, 0.5), 'visits holds 0.5'),
+    'actions': (lambda d: d['actions_rad'].reverse(), 'actions_rad = '),
+    'regions': (lambda d: d.update(regions=5), 'regions = 5'),
+    'knots': (lambda d: d['regions']['x_knots_m'].reverse(), 'regions.x_knots_m = '),
+    'goal': (lambda d: d['regions'].update(goal=[1, 5]), r'regions.goal = \[1, 5\]'),
+    'learning': (lambda d: d.pop('learning'), 'learning is missing'),
+    'gamma': (lambda d: d['learning'].update(gamma='x'), "learning.gamma = 'x'"),
+    'alpha': (lambda d: d['learning'].update(alpha=float('inf')), 'learning.alpha = inf'),
+}
+
+
+@pytest.mark.parametrize('name', DEFECTS)
+def test_refuses_a_defect_by_file_field_and_value(
+    name: str, tmp_path: Path, learned: Policy
+) -> None:
+    change, line = DEFECTS[name]
+    file = tmp_path / 'bad.json'
+    write_policy(file, learned)
+    document = json.loads(file.read_text())
+    change(document)
+    file.write_text(json.dumps(document))
+    with pytest.raises(FileFormatError, match=r'bad\.json: ' + line):
+        read_policy(file)
+
+
+@pytest.mark.parametrize('content', [b'', b'{', b'[]', b'\xff\xfe', b'[' * 10**5])
+def test_refuses_what_is_no_policy_at_all(content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / 'bad.json'
+    file.write_bytes(content)
+    with pytest.raises(FileFormatError, match=r'bad\.json'):
+        read_policy(file)
+
+
+def test_refuses_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileFormatError, match='No such file'):
+        read_policy(tmp_path / 'none.json')
