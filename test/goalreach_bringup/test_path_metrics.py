@@ -37,7 +37,7 @@ def test_an_l_shaped_path() -> None:
         {'rms': 0.3 / math.sqrt(3), 'p95': 0.27, 'max': 0.3}
     )
     assert result.heading_error_rad['max'] == 0.0
-    assert result.trace == ((0, 0), (3, 0), (3, 0), (3, 4))
+    assert result.trace == ((0, 0), (3, 0), (3, 0), (3, 4), (3, 4))
 
 
 @pytest.mark.parametrize(

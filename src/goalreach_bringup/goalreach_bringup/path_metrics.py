@@ -138,6 +138,9 @@ class PathMeter:
             in_goal: Whether the robot's true centre was inside the goal region at that moment.
         """
         judged = outcome.value
+        trace = list(self._trace)
+        if self._last_truth is not None:
+            trace.append((round(self._last_truth.x_m, 4), round(self._last_truth.y_m, 4)))
         if outcome is PathOutcome.GOAL and not in_goal:
             judged = 'false-goal'
         return PathResult(
@@ -149,5 +152,5 @@ class PathMeter:
             max_heading_step_rad=self._max_step_rad,
             pose_error_m=error_statistics(self._position_errors_m),
             heading_error_rad=error_statistics(self._heading_errors_rad),
-            trace=tuple(self._trace),
+            trace=tuple(trace),
         )
