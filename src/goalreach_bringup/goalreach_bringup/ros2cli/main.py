@@ -7,6 +7,7 @@ import importlib
 import sys
 from typing import Final
 
+from goalreach_bringup.ros2cli.errors import TerminatedError
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['COMMANDS', 'main']
@@ -64,14 +65,12 @@ def _parser(arguments: list[str]) -> argparse.ArgumentParser:
 
 
 def _run(args: argparse.Namespace) -> int:
-    from rclpy.executors import ExternalShutdownException
-
     try:
         args.run(args)
         sys.stdout.flush()
     except GoalreachError as error:
         print(error, file=sys.stderr)
         return 1
-    except ExternalShutdownException:
+    except TerminatedError:
         return _TERMINATED
     return 0

@@ -6,15 +6,17 @@ import argparse
 from collections.abc import Callable
 import os
 from pathlib import Path
+import signal
 import time
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, Final
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 
-from goalreach_bringup.ros2cli.errors import CommandError
+from goalreach_bringup.ros2cli.errors import CommandError, TerminatedError
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 
 __all__ = ['Session', 'add_session_arguments', 'full_name']
@@ -62,7 +64,8 @@ def add_session_arguments(parser: argparse.ArgumentParser) -> None:
 class Session:
     """Context manager around one node of the default context, and its executor.
 
-    SIGINT becomes KeyboardInterrupt; SIGTERM becomes ExternalShutdownException.
+    Signals end it between two steps of the executor: inside ROS's own code they would come out as
+    any error.
 
     Args:
         args: The parsed options of `add_session_arguments`.
@@ -73,11 +76,19 @@ class Session:
         self._spin_time_s: float = args.spin_time
         self._use_sim_time: bool = args.use_sim_time
         self._name = node_name or f'_ros2cli_{os.getpid()}'
+        self._signal: int | None = None
 
     def __enter__(self) -> Session:  # noqa: PYI034 - Self is newer than Python 3.10
         os.environ.setdefault(_PROFILES_VARIABLE, str(_PROFILE))
         # A log file for each look at the graph would only fill the disk.
-        rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
+        rclpy.init(
+            args=['--ros-args', '--disable-external-lib-logs'],
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self._handlers = {
+            number: signal.signal(number, self._on_signal)
+            for number in (signal.SIGINT, signal.SIGTERM)
+        }
         sim_time = Parameter('use_sim_time', value=self._use_sim_time)
         self.node: Any = rclpy.create_node(
             self._name, start_parameter_services=False, parameter_overrides=[sim_time]
@@ -95,16 +106,25 @@ class Session:
         self._executor.shutdown(timeout_sec=0)
         self.node.destroy_node()
         rclpy.try_shutdown()
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        """Note the signal; a second one interrupts at once."""
+        if self._signal is not None:
+            raise KeyboardInterrupt
+        self._signal = number
 
     def spin_once(self, timeout_s: float = _STEP_S) -> None:
         """Run what is ready, or wait for it.
 
         Raises:
-            ExternalShutdownException: A signal has shut the context down.
+            KeyboardInterrupt: SIGINT came.
+            TerminatedError: SIGTERM came.
         """
-        if not rclpy.ok():
-            raise ExternalShutdownException
         self._executor.spin_once(timeout_sec=timeout_s)
+        if self._signal is not None:
+            raise KeyboardInterrupt if self._signal == signal.SIGINT else TerminatedError
 
     def spin_until(self, condition: Callable[[], bool], timeout_s: float | None = None) -> bool:
         """Run callbacks until the condition holds; return whether it does.
