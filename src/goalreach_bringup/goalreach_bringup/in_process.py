@@ -49,11 +49,7 @@ class InProcessDrive:
         )
         eyes = self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)
         self._localizer = LandmarkLocalizer(eyes)
-        self._estimator = StateEstimator(
-            StateEstimatorConfig(
-                x_knots_m=self.arena.regions.x_knots_m, y_knots_m=self.arena.regions.y_knots_m
-            )
-        )
+        self._estimator = StateEstimator(StateEstimatorConfig.for_arena(self.arena))
         self._controller = GoalReachingController(
             self.controller, self.policy, np.random.default_rng(controller_seed)
         )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import RegionMap, region_name
 from goalreach_msgs_py.units import INCH_M
 from goalreach_msgs_py.values import FloatArray, Pose2
 
@@ -17,8 +17,10 @@ __all__ = [
     'BODY_RADIUS_M',
     'DEFAULT_LANDMARKS_M',
     'LENGTH_M',
+    'PAPER_STARTS',
     'WIDTH_M',
     'Arena',
+    'check_size',
     'paper_starts',
 ]
 
@@ -38,11 +40,15 @@ DEFAULT_LANDMARKS_M = tuple(
     tuple(round(coordinate * INCH_M, 6) for coordinate in led) for led in _LANDMARKS_IN
 )
 
-_STARTS = 22
+PAPER_STARTS = 22
+"""Starting positions of a trial, section "The Simulation Phase"."""
+
 _BORDER_SAMPLES = 4000
 _START_CLEARANCE_M = 0.1
 _FACING_GOAL_WALL_RAD = -math.pi / 2
 _MINIMUM_LANDMARKS = 3
+_LARGEST_M = 100.0
+"""Largest arena that the nodes accept; chosen."""
 
 
 def paper_starts(
@@ -51,8 +57,9 @@ def paper_starts(
     length_m: float = LENGTH_M,
     body_radius_m: float = BODY_RADIUS_M,
     regions: RegionMap | None = None,
+    count: int = PAPER_STARTS,
 ) -> tuple[Pose2, ...]:
-    """Return 22 starting poses at the borders of an arena, facing the goal wall.
+    """Return starting poses at the borders of an arena, facing the goal wall.
 
     The paper has "22 different points at the borders of the environment" and no coordinates.
     Here they stand evenly on the rectangle 0.1 m inside the free floor, counter-clockwise from
@@ -63,6 +70,7 @@ def paper_starts(
         length_m: Arena size along y.
         body_radius_m: Radius of the robot.
         regions: The region map whose goal is left out; the default map if None.
+        count: How many; 22 in the paper.
     """
     regions = regions or RegionMap()
     inset = body_radius_m + _START_CLEARANCE_M
@@ -75,11 +83,26 @@ def paper_starts(
     points = np.stack([np.interp(steps, along, corners[:, k]) for k in (0, 1)], axis=1)
     outside = np.array([regions.region_at(x, y) != regions.goal for x, y in points])
     points = np.roll(points, -_end_of_gap(outside), axis=0)[: int(outside.sum())]
-    chosen = points[((np.arange(_STARTS) + 0.5) * len(points) / _STARTS).astype(int)]
+    chosen = points[((np.arange(count) + 0.5) * len(points) / count).astype(int)]
     return tuple(
         Pose2(x_m=float(x), y_m=float(y), heading_rad=_FACING_GOAL_WALL_RAD)
         for x, y in chosen.round(4)
     )
+
+
+def check_size(name: str, size_m: float) -> None:
+    """Check the length of a side.
+
+    Args:
+        name: Name of the field.
+        size_m: Its value.
+
+    Raises:
+        ConfigurationError: It is too short for a robot to drive, or not a number.
+    """
+    if not 4 * BODY_RADIUS_M < size_m <= _LARGEST_M:
+        allowed = f'more than {4 * BODY_RADIUS_M:g} m, at most {_LARGEST_M:g} m'
+        raise ConfigurationError(name, size_m, allowed)
 
 
 def _end_of_gap(outside: NDArray[np.bool_]) -> int:
@@ -98,6 +121,7 @@ class Arena:
         landmarks_m: (x, y, z) of each LED in `map`.
         regions: The region map; its outer knots are the walls.
         starts: Poses from which paths begin.
+        name: What it is called.
 
     Raises:
         ConfigurationError: A part does not fit the others; the line names it.
@@ -108,29 +132,37 @@ class Arena:
     landmarks_m: tuple[tuple[float, ...], ...] = DEFAULT_LANDMARKS_M
     regions: RegionMap = field(default_factory=RegionMap)
     starts: tuple[Pose2, ...] = field(default_factory=paper_starts)
+    name: str = 'paper'
 
     def __post_init__(self) -> None:
         """Check the arena as a whole."""
         for name in ('width_m', 'length_m'):
-            size = getattr(self, name)
-            if not (math.isfinite(size) and size > 4 * BODY_RADIUS_M):
-                raise ConfigurationError(name, size, f'more than {4 * BODY_RADIUS_M:g} m')
+            check_size(name, getattr(self, name))
         self._check_landmarks()
         self._check_regions()
         for index, start in enumerate(self.starts):
             if not self.is_free(start.x_m, start.y_m):
                 point = (start.x_m, start.y_m)
                 raise ConfigurationError(f'starts[{index}]', point, 'on the free floor')
+            if not math.isfinite(start.heading_rad):
+                raise ConfigurationError(
+                    f'starts[{index}].heading_rad', start.heading_rad, 'finite'
+                )
 
     def _check_landmarks(self) -> None:
         if len(self.landmarks_m) < _MINIMUM_LANDMARKS:
             raise ConfigurationError('landmarks_m', self.landmarks_m, 'at least three LEDs')
         for index, led in enumerate(self.landmarks_m):
             inside = len(led) == 3 and (  # noqa: PLR2004 - x, y, z
-                0 <= led[0] <= self.width_m and 0 <= led[1] <= self.length_m and led[2] > 0
+                0 <= led[0] <= self.width_m
+                and 0 <= led[1] <= self.length_m
+                and 0 < led[2] <= _LARGEST_M
             )
             if not inside:
                 raise ConfigurationError(f'landmarks_m[{index}]', led, 'x, y, z in the arena')
+        for index, led in enumerate(self.landmarks_m):
+            if led in self.landmarks_m[:index]:
+                raise ConfigurationError(f'landmarks_m[{index}]', led, 'apart from the others')
 
     def _check_regions(self) -> None:
         outer = (
@@ -140,6 +172,15 @@ class Arena:
         for name, knots, size in outer:
             if abs(knots[0]) > 1e-6 or abs(knots[-1] - size) > 1e-6:  # noqa: PLR2004 - one um
                 raise ConfigurationError(name, knots, f'knots that cover 0 to {size:g} m')
+        x_low, y_low, x_high, y_high = self.regions.bounds(self.regions.goal)
+        low, right, far = (
+            BODY_RADIUS_M,
+            self.width_m - BODY_RADIUS_M,
+            self.length_m - BODY_RADIUS_M,
+        )
+        if max(x_low, low) >= min(x_high, right) or max(y_low, low) >= min(y_high, far):
+            name = region_name(self.regions.goal)
+            raise ConfigurationError('goal', name, 'a region that the robot can enter')
 
     def is_free(self, x_m: float, y_m: float, *, body_radius_m: float = BODY_RADIUS_M) -> bool:
         """Return whether a robot centred there touches no wall."""

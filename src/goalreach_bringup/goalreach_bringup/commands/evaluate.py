@@ -8,12 +8,12 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING
 
+from goalreach_bringup.arena_option import add_arena_option
 from goalreach_bringup.run.options import MODES
 from goalreach_msgs_py.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from goalreach_bringup.evaluation import EvaluationPlan, SessionResult
-    from goalreach_learning.policy import Policy
     from goalreach_msgs_py.arena import Arena
     from goalreach_msgs_py.values import Pose2
 
@@ -31,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         '--policy', type=Path, metavar='FILE', help='policy to drive; without it, learns one first'
     )
     add('--mode', choices=MODES, default='fuzzy', help='how the heading is chosen')
+    add_arena_option(parser)
     add('--starts', default='paper', metavar='paper|random:N', help='where the paths begin')
     add('--noise', default='nominal', metavar='none|nominal|harsh|FILE', help='sensor errors')
     add('--jobs', type=int, default=1, metavar='N', help='processes; the result is the same')
@@ -72,37 +73,26 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> EvaluationPlan:
+    from goalreach_bringup.arena_choice import choose_arena, choose_policy
     from goalreach_bringup.evaluation import EvaluationPlan
     from goalreach_bringup.noise_file import choose_noise
     from goalreach_bringup.run.plan import RunSeeds
     from goalreach_learning.controller import ControllerConfig
-    from goalreach_msgs_py.arena import Arena
 
     if options.seed < 0:
         raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
     if options.jobs < 1:
         raise ConfigurationError('--jobs', options.jobs, 'a whole number >= 1')
-    arena = Arena()
+    arena = choose_arena(options.arena)
     seeds = RunSeeds.spawn(options.seed)
     return EvaluationPlan(
         arena=arena,
         noise=choose_noise(options.noise),
-        policy=_policy(options.policy, arena, seeds.training),
+        policy=choose_policy(options.policy, arena, seeds.training),
         controller=ControllerConfig(mode=options.mode),
         starts=_starts(options.starts, arena, seeds.starts),
         seed=seeds.simulator,
     )
-
-
-def _policy(path: Path | None, arena: Arena, seed: int) -> Policy:
-    import numpy as np
-
-    from goalreach_learning.policy_file import read_policy
-    from goalreach_learning.training import train
-
-    if path is not None:
-        return read_policy(path)
-    return train(arena, rng=np.random.default_rng(seed)).policy
 
 
 def _starts(text: str, arena: Arena, seed: int) -> Sequence[Pose2]:
@@ -120,6 +110,7 @@ def _starts(text: str, arena: Arena, seed: int) -> Sequence[Pose2]:
 
 def _config(options: argparse.Namespace, sessions: Sequence[SessionResult]) -> dict[str, object]:
     return {
+        'arena': options.arena,
         'noise': options.noise,
         'starts': options.starts,
         'frames': sum(session.frames for session in sessions),

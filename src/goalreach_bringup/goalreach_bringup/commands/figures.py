@@ -6,10 +6,13 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from goalreach_bringup.arena_option import add_arena_option
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from goalreach_learning.policy import Policy
+    from goalreach_msgs_py.arena import Arena
 
 __all__ = ['SUMMARY', 'configure', 'execute']
 
@@ -27,6 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=None,
         help='file of `evaluate --json` or `run --summary`, for the paths with all sensors',
     )
+    add_arena_option(parser)
     parser.add_argument('--out', type=Path, default=Path('figures'), help='folder for the files')
 
 
@@ -36,9 +40,14 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: A file cannot be read or written.
     """
+    from goalreach_bringup.arena_choice import choose_arena, choose_policy
     from goalreach_bringup.figures.figure_file import write_figure
 
-    for name, figure in _figures(options, _policy(options)).items():
+    arena = choose_arena(options.arena)
+    if options.policy is None:
+        print('no --policy given: learning one')
+    policy = choose_policy(options.policy, arena, options.seed)
+    for name, figure in _figures(options, arena, policy).items():
         for file in write_figure(figure, options.out, name):
             print(file)
     if options.evaluation is None:
@@ -46,25 +55,10 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def _policy(options: argparse.Namespace) -> Policy:
-    import numpy as np
-
-    from goalreach_learning.policy_file import read_policy
-    from goalreach_learning.training import train
-    from goalreach_msgs_py.arena import Arena
-
-    if options.policy is not None:
-        return read_policy(options.policy)
-    print('no --policy given: learning one')
-    return train(Arena(), rng=np.random.default_rng(options.seed)).policy
-
-
-def _figures(options: argparse.Namespace, policy: Policy) -> dict[str, Figure]:
+def _figures(options: argparse.Namespace, arena: Arena, policy: Policy) -> dict[str, Figure]:
     from goalreach_bringup.figures import policy_figures, region_figures
     from goalreach_bringup.figures.evaluation_file import read_evaluation
-    from goalreach_msgs_py.arena import Arena
 
-    arena = Arena(regions=policy.regions)
     figures = {
         'figure_1_state_space': region_figures.state_space(arena),
         'figure_2_optimal_actions': policy_figures.optimal_actions(arena, policy),

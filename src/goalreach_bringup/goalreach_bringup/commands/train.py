@@ -9,6 +9,8 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Any
 
+from goalreach_bringup.arena_option import add_arena_option
+
 if TYPE_CHECKING:
     from goalreach_learning.policy import Policy
     from goalreach_learning.training import TrainingResult
@@ -26,6 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--trials', type=int, default=_TRIALS, help='trials, each one path from every start'
     )
+    add_arena_option(parser)
     parser.add_argument(
         '--out', type=Path, default=Path('policy.json'), help='policy file to write'
     )
@@ -42,15 +45,15 @@ def execute(options: argparse.Namespace) -> int:
     """
     import numpy as np
 
+    from goalreach_bringup.arena_choice import choose_arena
     from goalreach_bringup.summary_file import write_summary
     from goalreach_learning.policy_file import write_policy
     from goalreach_learning.training import LearningConfig, greedy_successes, train
-    from goalreach_msgs_py.arena import Arena
     from goalreach_msgs_py.errors import ConfigurationError
 
     if options.seed < 0:
         raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
-    arena = Arena()
+    arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)
     began_s = time.perf_counter()
     result = train(arena, config, rng=np.random.default_rng(options.seed))
@@ -70,6 +73,7 @@ def _report(
 ) -> dict[str, Any]:
     return {
         'seed': options.seed,
+        'arena': options.arena,
         'trials': options.trials,
         'seconds': seconds,
         'success_by_trial': list(result.success_by_trial),
