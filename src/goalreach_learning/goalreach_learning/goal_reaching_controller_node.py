@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -16,15 +17,17 @@ from std_msgs.msg import Float64MultiArray
 from goalreach_learning.controller import ControllerConfig, GoalReachingController
 from goalreach_learning.mission import MissionConfig, PathOrder
 from goalreach_learning.policy import Policy
-from goalreach_learning.policy_file import read_policy
+from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.ros_placement import RobotPlacement
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_to_msg
 from goalreach_msgs_py.ros_estimate_messages import state_from_msg
 from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_node
+from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_sensor_messages import bumpers_from_msg
@@ -48,8 +51,8 @@ class GoalReachingControllerNode(Node):
     `/q_learning/q_table` (latched), `/path` (about 1 Hz), `/diagnostics`.
     Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
     Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
-    Parameters: the fields of `ControllerConfig` and `MissionConfig`; `mode` may change while it
-    drives.
+    Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a
+    learning that begins anew); `mode` may change while it drives.
     """
 
     def __init__(self) -> None:
@@ -57,8 +60,9 @@ class GoalReachingControllerNode(Node):
         super().__init__(_NAME)
         self._mission = NodeConfig(self, MissionConfig).value
         config = NodeConfig(self, ControllerConfig, live=('mode',), on_change=self._on_config)
-        rng = np.random.default_rng(self._mission.seed)
-        self._controller = GoalReachingController(config.value, self._policy(rng), rng)
+        rng = np.random.default_rng([self._mission.seed, self._mission.first_path])
+        policy = self._policy(rng, learn=config.value.learn)
+        self._controller = GoalReachingController(config.value, policy, rng)
         self._inputs = StampSynchronizer([STATE, BUMPERS])
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
@@ -68,7 +72,7 @@ class GoalReachingControllerNode(Node):
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
         self._q_table.publish(q_table_to_msg(self._controller.policy.q))
-        self._next_path = 0
+        self._next_path = self._mission.first_path
         self._driving = False
         self._finished = False
         self._busy = False
@@ -77,11 +81,25 @@ class GoalReachingControllerNode(Node):
         self.create_subscription(DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
         self.create_subscription(LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
 
-    def _policy(self, rng: np.random.Generator) -> Policy:
+    def _policy(self, rng: np.random.Generator, *, learn: bool) -> Policy:
         if self._mission.policy:
             return read_policy(self._mission.policy)
+        regions = NodeConfig(self, RegionConfig).value.region_map
+        if learn:
+            return Policy.unlearned(regions)
         self.get_logger().info('no policy given: learning one')
         return train(Arena(), rng=rng).policy
+
+    def _keep(self, path: int) -> None:
+        """Write what has been learned, so that nothing of a finished path is lost."""
+        if not (self._mission.policy_out and self._controller.config.learn):
+            return
+        policy = self._controller.policy
+        learning = {**policy.learning, 'paths_driven': path + 1, 'seed': self._mission.seed}
+        try:
+            write_policy(self._mission.policy_out, replace(policy, learning=learning))
+        except FileFormatError as error:
+            self.get_logger().error(str(error))
 
     def _on_config(self, config: ControllerConfig) -> None:
         self._controller.config = config
@@ -116,6 +134,7 @@ class GoalReachingControllerNode(Node):
         if step.transition is not None:
             self._outbox.send(self._transitions, transition_to_msg(step.transition, stamp_ns))
             if step.transition.outcome is not None:
+                self._keep(step.transition.path)
                 self._begin_next_path(stamp_ns)
                 return
         self._outbox.send(self._drive, twist_to_msg(step.command, stamp_ns))
@@ -164,7 +183,7 @@ class GoalReachingControllerNode(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_node(_NAME, GoalReachingControllerNode))
+    raise SystemExit(run_nodes(_NAME, [GoalReachingControllerNode]))
 
 
 if __name__ == '__main__':

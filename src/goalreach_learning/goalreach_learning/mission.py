@@ -20,11 +20,17 @@ class MissionConfig:
     policy: str = parameter(
         '', "Policy file; empty: learn one at start by the paper's procedure, without noise"
     )
+    policy_out: str = parameter(
+        '', 'Policy file to write after every path while learning; empty: none'
+    )
     starts: tuple[float, ...] = parameter(
         (), 'Starting poses x, y, heading, one after the other, m and rad; empty: no placing'
     )
     paths: int = parameter(
         0, 'Number of paths, then stop; 0: without end', minimum=0, maximum=1_000_000
+    )
+    first_path: int = parameter(
+        0, 'Number of the first path, where a learning goes on', minimum=0, maximum=1_000_000
     )
     seed: int = parameter(
         0, 'Seed of action selection while learning', minimum=0, maximum=2**31 - 1

@@ -7,6 +7,7 @@ import ctypes
 import os
 import signal
 import sys
+from types import FrameType
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -15,6 +16,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
 
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.ros_common_messages import stamp_to_msg
@@ -26,9 +28,9 @@ __all__ = [
     'LAUNCHER_PID',
     'Diagnostics',
     'Outbox',
+    'StopRequest',
     'end_with_launcher',
-    'run_node',
-    'spin_until_shutdown',
+    'run_nodes',
 ]
 
 LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
@@ -108,56 +110,75 @@ class Diagnostics:
         self._publisher.publish(array)
 
 
-def spin_until_shutdown(nodes: Sequence[Node]) -> None:
-    """Serve nodes on one executor until the context ends (Ctrl-C, SIGTERM)."""
-    executor = EventsExecutor()
-    for node in nodes:
-        executor.add_node(node)
-    try:
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=_SPIN_S)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        executor.shutdown()
-
-
-def run_node(
-    name: str, make_node: Callable[[], Node], arguments: Sequence[str] | None = None
+def run_nodes(
+    name: str, makers: Sequence[Callable[[], Node]], arguments: Sequence[str] | None = None
 ) -> int:
-    """Be the `main` of a node's executable.
+    """Be the `main` of an executable: serve nodes on one executor until SIGINT or SIGTERM.
+
+    Signals only raise a flag that the loop looks at: rclpy's own handlers can strike in the
+    middle of a callback and end in a traceback.
 
     Args:
-        name: The node's name, for messages before it exists.
-        make_node: Constructs the node.
+        name: What runs, for messages before a node exists.
+        makers: Each constructs a node.
         arguments: Command line, or None for the process's own.
 
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
     """
     end_with_launcher()
-    node: Node | None = None
+    stop = StopRequest()
+    nodes: list[Node] = []
     try:
         _init(list(sys.argv if arguments is None else arguments))
-        node = make_node()
-        warn_of_unknown_parameters(node)
-        spin_until_shutdown([node])
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        for make_node in makers:
+            nodes.append(make_node())
+            warn_of_unknown_parameters(nodes[-1])
+        _spin(nodes, stop)
     except ConfigurationError as error:
         return _refuse(f'{name}: parameter {error}')
     except GoalreachError as error:
         return _refuse(f'{name}: {error}')
     finally:
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
+def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
+    executor = EventsExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    try:
+        while rclpy.ok() and not stop.requested:
+            executor.spin_once(timeout_sec=_SPIN_S)
+    except ExternalShutdownException:
+        pass
+    finally:
+        executor.shutdown()
+
+
+class StopRequest:
+    """Turns SIGINT and SIGTERM into a flag for a main loop to look at.
+
+    Attributes:
+        requested: Whether a signal has come.
+    """
+
+    def __init__(self) -> None:
+        """Install the handlers."""
+        self.requested = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self.requested = True
+
+
 def _init(arguments: list[str]) -> None:
     try:
-        rclpy.init(args=arguments)
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # rclpy's RCLError: the arguments after --ros-args are wrong
         reason = str(error).partition(': ')[2].partition(', at ')[0]
         raise GoalreachError(reason or str(error)) from None

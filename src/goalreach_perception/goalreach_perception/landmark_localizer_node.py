@@ -11,7 +11,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import estimate_to_msg, landmarks_to_msg
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_node
+from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_sensor_messages import (
@@ -101,7 +101,7 @@ class LandmarkLocalizerNode(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_node(_NAME, LandmarkLocalizerNode))
+    raise SystemExit(run_nodes(_NAME, [LandmarkLocalizerNode]))
 
 
 if __name__ == '__main__':

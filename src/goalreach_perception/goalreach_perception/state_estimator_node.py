@@ -9,7 +9,7 @@ from rclpy.node import Node
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import estimate_from_msg, state_to_msg
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_node
+from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from goalreach_msgs_py.topics import POSE, STATE
@@ -59,7 +59,7 @@ class StateEstimatorNode(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_node(_NAME, StateEstimatorNode))
+    raise SystemExit(run_nodes(_NAME, [StateEstimatorNode]))
 
 
 if __name__ == '__main__':

@@ -12,7 +12,7 @@ from visualization_msgs.msg import MarkerArray
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_from_msg
-from goalreach_msgs_py.ros_node import Diagnostics, run_node
+from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_sensor_messages import head_from_msg
@@ -143,7 +143,7 @@ class Nomad200Node(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_node(_NAME, Nomad200Node))
+    raise SystemExit(run_nodes(_NAME, [Nomad200Node]))
 
 
 if __name__ == '__main__':

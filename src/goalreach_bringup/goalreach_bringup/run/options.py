@@ -23,6 +23,7 @@ class RunOptions:
     Attributes:
         seed: Seed of everything random.
         policy: Policy file, or None to learn one first.
+        arena: Name or file of the arena.
         mode: How to drive, or None for the parameter file's or the default.
         paths: Number of paths, 0 until Ctrl-C.
         starts: 'paper' or 'random'.
@@ -39,6 +40,7 @@ class RunOptions:
 
     seed: int
     policy: Path | None
+    arena: str
     mode: str | None
     paths: int
     starts: str

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from goalreach_bringup.parameter_file import NodeParameters
+from goalreach_bringup.run.learning_run import LearningRun
 from goalreach_bringup.run.options import RunOptions
 from goalreach_learning.controller import ControllerConfig
 from goalreach_learning.mission import MissionConfig
@@ -18,7 +19,6 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.region_config import RegionConfig
-from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.values import Pose2
 from goalreach_perception.localizer import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
@@ -111,6 +111,7 @@ def plan_parameters(
     policy_path: str,
     seeds: RunSeeds,
     user: NodeParameters,
+    learning: LearningRun | None = None,
 ) -> NodeParameters:
     """Return the parameters of every node: defaults, then the user's file, then the options.
 
@@ -129,20 +130,10 @@ def plan_parameters(
             **regions,
         },
         LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
-        ESTIMATOR: flatten_config(
-            StateEstimatorConfig(
-                x_knots_m=arena.regions.x_knots_m,
-                y_knots_m=arena.regions.y_knots_m,
-                goal=region_name(arena.regions.goal),
-            )
-        ),
+        ESTIMATOR: flatten_config(StateEstimatorConfig.for_arena(arena)),
         CONTROLLER: {
             **flatten_config(ControllerConfig()),
-            **flatten_config(
-                MissionConfig(
-                    policy=policy_path, starts=numbers, paths=options.paths, seed=seeds.controller
-                )
-            ),
+            **flatten_config(_mission(options, numbers, policy_path, seeds, learning)),
         },
     }
     for node, values in user.items():
@@ -152,6 +143,27 @@ def plan_parameters(
     defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
     _check(defaults)
     return defaults
+
+
+def _mission(
+    options: RunOptions,
+    starts: tuple[float, ...],
+    policy_path: str,
+    seeds: RunSeeds,
+    learning: LearningRun | None,
+) -> MissionConfig:
+    mission = MissionConfig(
+        policy=policy_path, starts=starts, paths=options.paths, seed=seeds.controller
+    )
+    if learning is None:
+        return mission
+    paths = learning.remaining(options.paths, len(starts) // 3)
+    return replace(
+        mission,
+        policy_out=policy_path,
+        first_path=learning.first_path,
+        paths=learning.first_path + paths,
+    )
 
 
 def _given(**values: Any) -> dict[str, Any]:  # noqa: ANN401 - parameters of any type

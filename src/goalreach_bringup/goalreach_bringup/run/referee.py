@@ -38,13 +38,16 @@ class Referee:
     Args:
         starts: Starting poses in the order driven, or empty where the robot is not placed.
         regions: The region map, for the true goal.
+        first_path: Number of the first path.
     """
 
-    def __init__(self, starts: Sequence[Pose2], regions: RegionMap) -> None:
+    def __init__(
+        self, starts: Sequence[Pose2], regions: RegionMap, *, first_path: int = 0
+    ) -> None:
         """Wait for the first path."""
         self._starts = tuple(starts)
         self._regions = regions
-        self._path = 0
+        self._path = first_path
         self._meter: PathMeter | None = None
         self._ticks: dict[int, Tick] = {}
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}

@@ -24,7 +24,7 @@ from goalreach_msgs_py.ros_qos import LATCHED_QOS
 from goalreach_msgs_py.ros_sensor_messages import odometry_from_msg
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import GROUND_TRUTH, Q_TABLE, STATE, TRANSITION
-from goalreach_msgs_py.values import Confidence, Pose2, Transition
+from goalreach_msgs_py.values import Confidence, Pose2
 
 __all__ = ['RunMonitor']
 
@@ -41,7 +41,7 @@ class RunMonitor(Node):
         policy: The policy driven, for its regions and the commanded heading.
         mode: How it is driven.
         on_path: Called with each finished path.
-        on_transition: Called with each finished action.
+        first_path: Number of the first path.
     """
 
     def __init__(
@@ -51,15 +51,14 @@ class RunMonitor(Node):
         policy: Policy,
         mode: str,
         on_path: Callable[[PathResult], None],
-        on_transition: Callable[[Transition], None],
+        first_path: int = 0,
     ) -> None:
         """Subscribe."""
         super().__init__('run_monitor')
         self._policy = policy
         self._mode = mode
         self._on_path = on_path
-        self._on_transition = on_transition
-        self.referee = Referee(starts, policy.regions)
+        self.referee = Referee(starts, policy.regions, first_path=first_path)
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             self.create_subscription(message_type, topic, self._collector(topic), _DEEP_QOS)
@@ -92,7 +91,6 @@ class RunMonitor(Node):
 
     def _on_action(self, message: DiagnosticArray) -> None:
         transition = transition_from_msg(message)
-        self._on_transition(transition)
         if transition.outcome is None:
             return
         stamp_ns = stamp_from_msg(message.header.stamp)

@@ -6,10 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 import os
 from pathlib import Path
-import signal
 import sys
 import time
-from types import FrameType
 from typing import Final
 
 import rclpy
@@ -21,7 +19,7 @@ from goalreach_bringup.run.node_process import NodeProcess, stop_all
 from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['Graph', 'NodeDiedError', 'StopRequest']
+__all__ = ['Graph', 'NodeDiedError']
 
 _MODULES: Final = {
     ROBOT: 'goalreach_sim.nomad200_node',
@@ -35,19 +33,6 @@ _SPIN_S = 0.1
 
 class NodeDiedError(GoalreachError):
     """A node's process ended while the run still needed it."""
-
-
-class StopRequest:
-    """Turns SIGINT and SIGTERM into a flag that the main loop looks at."""
-
-    def __init__(self) -> None:
-        """Install the handlers."""
-        self.requested = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
-
-    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self.requested = True
 
 
 @dataclass

@@ -1,0 +1,164 @@
+"""One run of the graph, from what a person asked to what comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+import time
+from typing import Any
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from goalreach_bringup.arena_choice import choose_arena, choose_policy
+from goalreach_bringup.parameter_file import NodeParameters, read_parameters, write_parameters
+from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.run.environment import make_run_directory
+from goalreach_bringup.run.learning_run import LearningRun
+from goalreach_bringup.run.options import RunOptions
+from goalreach_bringup.run.plan import CONTROLLER, NODES, RunSeeds, choose_starts, plan_parameters
+from goalreach_bringup.run.report import RunReport
+from goalreach_bringup.run.ros_graph import Graph
+from goalreach_bringup.run.ros_monitor import RunMonitor
+from goalreach_bringup.summary_file import summarise, write_summary
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import write_policy
+from goalreach_msgs_py.ros_node import StopRequest
+
+__all__ = ['RunSession']
+
+
+class RunSession:
+    """Prepares, drives, takes down, and tells.
+
+    Args:
+        options: What the person asked.
+
+    Raises:
+        GoalreachError: An option does not fit.
+    """
+
+    def __init__(self, options: RunOptions) -> None:
+        """Choose arena, starts and seeds."""
+        self._options = options
+        self._arena = choose_arena(options.arena)
+        self._seeds = RunSeeds.spawn(options.seed)
+        self._starts = choose_starts(options, self._arena, self._seeds)
+        self._results: list[PathResult] = []
+        self._learning: LearningRun | None = None
+
+    def execute(self) -> int:
+        """Run; return 0 where all that was asked for happened, 1 where a path failed.
+
+        Raises:
+            GoalreachError: A file or a parameter is refused, or a node died.
+        """
+        options = self._options
+        user = read_parameters(options.params_file, NODES) if options.params_file else {}
+        directory = make_run_directory()
+        policy_path = options.policy or directory / 'policy.json'
+        if options.learn:
+            trials = int(user.get(CONTROLLER, {}).get('learning.trials', 0))
+            self._learning = LearningRun.begin(policy_path, self._arena, trials=trials)
+        self._report = RunReport(quiet=options.quiet, total=self._total_paths())
+        policy = self._policy(policy_path)
+        if self._learning is not None and not self._total_paths():
+            return self._status(policy_path)
+        parameters = plan_parameters(
+            options,
+            arena=self._arena,
+            starts=self._starts,
+            policy_path=str(policy_path.resolve()),
+            seeds=self._seeds,
+            user=user,
+            learning=self._learning,
+        )
+        write_parameters(directory / 'parameters.yaml', parameters)
+        self._report.say(f'logs, policy and parameters: {directory}')
+        began_s = time.monotonic()
+        mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
+        sim_time_s = self._drive(directory, policy, str(parameters[CONTROLLER]['mode']))
+        self._tell(parameters, mode, sim_time_s, time.monotonic() - began_s)
+        return self._status(policy_path)
+
+    def _total_paths(self) -> int:
+        """Return how many paths are to be driven in this run, 0 where there is no end."""
+        if self._learning is not None:
+            return self._learning.remaining(self._options.paths, len(self._starts))
+        return self._options.paths
+
+    def _policy(self, path: Path) -> Policy:
+        if self._learning is not None:
+            self._report.say(self._learning.announcement(len(self._starts)))
+            return self._learning.policy
+        began_s = time.monotonic()
+        policy = choose_policy(self._options.policy, self._arena, self._seeds.training)
+        if self._options.policy is None:
+            write_policy(path, policy)
+            self._report.say(
+                f'learned a policy: {policy.learning["trials"]} trials of '
+                f'{len(self._arena.starts)} paths in {time.monotonic() - began_s:.2f} s'
+            )
+        return policy
+
+    def _drive(self, directory: Path, policy: Policy, mode: str) -> float:
+        """Bring the graph up and follow it to its end; return the simulated seconds."""
+        graph = Graph(
+            parameters_path=directory / 'parameters.yaml',
+            directory=directory,
+            composed=self._options.composed,
+            tell=self._report.say,
+            warn=self._report.warn,
+        )
+        stop = StopRequest()
+        try:
+            graph.start()
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            monitor = RunMonitor(
+                starts=self._starts,
+                policy=policy,
+                mode=mode,
+                on_path=self._on_path,
+                first_path=self._learning.first_path if self._learning else 0,
+            )
+            graph.follow(monitor, lambda: stop.requested or self._complete())
+            return monitor.referee.last_ns * 1e-9
+        finally:
+            rclpy.try_shutdown()
+            graph.stop()
+
+    def _complete(self) -> bool:
+        total = self._total_paths()
+        return bool(total) and len(self._results) >= total
+
+    def _on_path(self, result: PathResult) -> None:
+        self._results.append(result)
+        self._report.path(result)
+
+    def _tell(
+        self, parameters: NodeParameters, mode: str, sim_time_s: float, wall_time_s: float
+    ) -> None:
+        self._report.table(
+            self._results, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s
+        )
+        if self._options.summary:
+            config: Mapping[str, Any] = parameters
+            summary = summarise(
+                self._results,
+                seed=self._options.seed,
+                mode=mode,
+                policy=str(self._options.policy or 'learned'),
+                sim_time_s=sim_time_s,
+                wall_time_s=wall_time_s,
+                config=config,
+            )
+            write_summary(self._options.summary, summary)
+
+    def _status(self, policy_path: Path) -> int:
+        if self._learning is not None:
+            self._report.say(LearningRun.verdict(policy_path, self._arena))
+            return 0
+        if not self._options.paths:
+            return 0
+        goals = sum(result.outcome == 'goal' for result in self._results)
+        return 0 if goals == self._options.paths else 1
