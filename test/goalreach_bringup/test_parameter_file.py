@@ -4,7 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_bringup.parameter_file import merge_parameters, read_parameters, write_parameters
+from goalreach_bringup.parameter_file import (
+    NodeParameters,
+    merge_parameters,
+    read_parameters,
+    write_parameters,
+)
 from goalreach_msgs_py.errors import FileFormatError
 
 NODES = ('one', 'two')
@@ -29,7 +34,10 @@ def test_wildcards_come_first_and_nested_names_are_dotted(tmp_path: Path) -> Non
 
 
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
-    parameters = {'one': {'a': 1, 'b.c': (1.0, 2.0), 'd': 'x', 'e': True}, 'two': {'empty': ()}}
+    parameters: NodeParameters = {
+        'one': {'a': 1, 'b.c': (1.0, 2.0), 'd': 'x', 'e': True},
+        'two': {'empty': ()},
+    }
     path = tmp_path / 'written.yaml'
     write_parameters(path, parameters)
     back = read_parameters(path, NODES)

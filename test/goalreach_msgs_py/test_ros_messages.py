@@ -299,7 +299,7 @@ def test_transition(outcome: PathOutcome | None) -> None:
 
 
 def test_q_table_is_labelled() -> None:
-    q = np.arange(72.0).reshape(3, 3, 8)
+    q = np.arange(72, dtype=np.float64).reshape(3, 3, 8)
     message = q_table_to_msg(q)
     layout = [(d.label, d.size, d.stride) for d in message.layout.dim]
     assert layout == [('x', 3, 72), ('y', 3, 24), ('action', 8, 8)]

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from goalreach_bringup.parameter_file import NodeParameters
 from goalreach_bringup.run.options import RunOptions, parse_start
 from goalreach_bringup.run.plan import (
     CONTROLLER,
@@ -26,6 +27,7 @@ SEEDS = RunSeeds.spawn(7)
 OPTIONS = RunOptions(
     seed=7,
     policy=None,
+    arena='paper',
     mode=None,
     paths=0,
     starts='paper',
@@ -64,7 +66,7 @@ def test_every_node_gets_its_parameters() -> None:
 
 
 def test_an_option_wins_over_the_file_and_the_file_over_the_default() -> None:
-    user = {CONTROLLER: {'mode': 'crisp'}, ROBOT: {'speed': 3.0}}
+    user: NodeParameters = {CONTROLLER: {'mode': 'crisp'}, ROBOT: {'speed': 3.0}}
     assert planned(user)[CONTROLLER]['mode'] == 'crisp'
     assert planned(user, mode='fuzzy')[CONTROLLER]['mode'] == 'fuzzy'
     assert planned(user)[ROBOT]['speed'] == 3.0
