@@ -11,9 +11,9 @@ from goalreach_learning.controller import ControllerConfig, ControlStep, GoalRea
 from goalreach_learning.policy import Policy
 from goalreach_learning.steering import STANDING
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.values import Confidence, PathOutcome, Pose2, Region, RegionState
-from goalreach_perception.fuzzy_sets import memberships
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]
 ARENA = Arena()

@@ -7,9 +7,9 @@ import pytest
 from goalreach_learning.kinematic_drive import blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2, Region
-from goalreach_perception.fuzzy_sets import memberships
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]
 REGIONS = RegionMap()

@@ -24,10 +24,10 @@ from goalreach_learning.actions import ACTION_DIRECTIONS, ACTIONS_DEG
 from goalreach_learning.kinematic_drive import blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.units import INCH_M
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.fuzzy_sets import memberships
 
 __all__ = ['blended_paths', 'crisp_paths', 'optimal_actions', 'recorded_paths']
 

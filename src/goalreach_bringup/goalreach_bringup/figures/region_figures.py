@@ -23,9 +23,9 @@ from goalreach_bringup.figures.arena_axes import (
     to_inches,
 )
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
 from goalreach_msgs_py.units import INCH_M
-from goalreach_perception.fuzzy_sets import memberships
 
 __all__ = ['membership_functions', 'state_space', 'transition_areas']
 

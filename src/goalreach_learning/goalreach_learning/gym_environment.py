@@ -1,0 +1,207 @@
+"""The options of the paper as a Gymnasium environment; needs the extra `gym`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import gymnasium
+from gymnasium import spaces
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_learning.actions import ACTION_COUNT
+from goalreach_learning.environment import OptionEnvironment
+from goalreach_learning.rewards import BUMP_REWARD, GOAL_REWARD
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.fuzzy_sets import memberships
+from goalreach_msgs_py.regions import region_name
+
+__all__ = ['ENVIRONMENT_ID', 'OBSERVATIONS', 'GoalReachEnv', 'register']
+
+ENVIRONMENT_ID: Final = 'goalreach/GoalReach-v0'
+OBSERVATIONS: Final = ('region', 'memberships', 'pose')
+
+_MAX_OPTIONS = 60
+_ENTRY_POINT = 'goalreach_learning.gym_environment:GoalReachEnv'
+
+Observation = NDArray[np.float32] | np.int64
+
+
+class GoalReachEnv(gymnasium.Env[Any, np.int64]):
+    """A robot among four walls that learns to reach a goal region.
+
+    ## Description
+    The goal-reaching task of D'Orazio, Cicirelli, Attolico and Distante: an arena of 140 x 200 in
+    (3.556 x 5.080 m) is split into nine regions, three columns (LEFT-SIDE, FRONT, RIGHT-SIDE) by
+    three rows (NEAR, MEDIUM, FAR). From one of 22 points at the borders the robot is to reach
+    FRONT/NEAR. One step is one option: the robot turns to an absolute heading and drives straight
+    until its region changes or its body touches a wall, in closed form and without noise.
+
+    ## Action Space
+    `Discrete(8)`: action k is the heading k * 45 degrees, counter-clockwise from +x. The goal wall
+    is y = 0, so action 6 (270 degrees) faces it.
+
+    ## Observation Space
+    | `observation` | space | meaning |
+    | --- | --- | --- |
+    | `'region'` (default) | `Discrete(9)` | 3 * column + row |
+    | `'memberships'` | `Box(0, 1, (6,))` | degrees of the three columns, then the three rows |
+    | `'pose'` | `Box(0, 1, (2,))` | x over the width and y over the length of the arena |
+
+    The region alone is not a Markov state: where an option ends depends on where in the region it
+    began. On a border, `'region'` tells which side counts; the other two do not.
+
+    ## Rewards
+    +1 for entering the goal region, -1 for touching a wall, 0 otherwise.
+
+    ## Starting State
+    One of the arena's starts, at random. `reset(options={'start': k})` takes the k-th;
+    `{'start': (x_m, y_m)}` any point of the free floor outside the goal.
+
+    ## Episode End
+    Termination: the goal is reached or a wall is touched. Truncation: after 60 options, by the
+    `TimeLimit` wrapper of `gymnasium.make`.
+
+    ## Information
+    `x_m`, `y_m` (metres), `region` (name), `length_m` (driven in this step) and, after a step,
+    `is_success`.
+
+    ## Arguments
+    * `observation`: one of `'region'`, `'memberships'`, `'pose'`.
+    * `arena`: an `Arena`; the paper's by default.
+    * `overshoot_m`: distance driven past a border before an option ends, metres; 0 by default.
+    * `start_jitter_m`: starts are moved by up to this much along x and y; 0 by default.
+
+    ```python
+    import gymnasium
+    from goalreach_learning.gym_environment import register
+
+    register()
+    env = gymnasium.make('goalreach/GoalReach-v0', observation='region')
+    ```
+    """
+
+    metadata: dict[str, Any] = {'render_modes': []}  # noqa: RUF012 - as the base class has it
+
+    def __init__(
+        self,
+        *,
+        observation: str = 'region',
+        arena: Arena | None = None,
+        overshoot_m: float = 0.0,
+        start_jitter_m: float = 0.0,
+        render_mode: str | None = None,
+    ) -> None:
+        if observation not in OBSERVATIONS:
+            allowed = 'one of ' + ', '.join(OBSERVATIONS)
+            raise ConfigurationError('observation', observation, allowed)
+        if render_mode is not None:
+            raise ConfigurationError('render_mode', render_mode, 'None: there is no rendering')
+        self.render_mode = render_mode
+        self._arena = arena or Arena()
+        self._kind = observation
+        self._jitter_m = start_jitter_m
+        self._environment = OptionEnvironment(self._arena, overshoot_m=overshoot_m)
+        self._x_m = self._y_m = 0.0
+        self._region = self._arena.regions.goal
+        self.action_space = spaces.Discrete(ACTION_COUNT)
+        self.observation_space = _space(observation)
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Put the robot at a start.
+
+        Args:
+            seed: Seed of the starts, or None to go on with the last.
+            options: `start` as an index or a point (x_m, y_m), metres.
+
+        Returns:
+            Observation and information.
+
+        Raises:
+            ConfigurationError: There is no such start.
+        """
+        super().reset(seed=seed)
+        start = (options or {}).get('start')
+        if start is None:
+            start = int(self.np_random.integers(len(self._arena.starts)))
+        self._x_m, self._y_m = self._point(start)
+        self._region = self._arena.regions.region_at(self._x_m, self._y_m)
+        return self._observe(), self._info(0.0)
+
+    def _point(self, start: object) -> tuple[float, float]:
+        """Return the point of a start given by index or place."""
+        starts = self._arena.starts
+        if isinstance(start, (int, np.integer)):
+            if not 0 <= start < len(starts):
+                raise ConfigurationError('start', start, f'an index below {len(starts)}')
+            jitter = self.np_random.uniform(-self._jitter_m, self._jitter_m, 2)
+            (x_low, x_high), (y_low, y_high) = (
+                self._environment.x_contacts_m,
+                self._environment.y_contacts_m,
+            )
+            x_m, y_m = starts[int(start)].x_m + jitter[0], starts[int(start)].y_m + jitter[1]
+            return float(np.clip(x_m, x_low, x_high)), float(np.clip(y_m, y_low, y_high))
+        point = np.asarray(start, dtype=np.float64)
+        in_goal = point.shape == (2,) and (
+            self._arena.regions.region_at(*point) == self._arena.regions.goal
+        )
+        if point.shape != (2,) or in_goal or not self._arena.is_free(*point):
+            raise ConfigurationError('start', start, 'a free point outside the goal')
+        return float(point[0]), float(point[1])
+
+    def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive one option.
+
+        Args:
+            action: Index of the heading.
+
+        Returns:
+            Observation, reward, whether terminated, whether truncated (never here), information.
+        """
+        end = self._environment.advance(self._x_m, self._y_m, self._region, int(action))
+        self._x_m, self._y_m, self._region = end.x_m, end.y_m, end.region
+        success = not end.bumped and end.region == self._arena.regions.goal
+        reward = GOAL_REWARD if success else BUMP_REWARD if end.bumped else 0.0
+        info = {**self._info(end.length_m), 'is_success': success}
+        return self._observe(), reward, success or end.bumped, False, info
+
+    def _observe(self) -> Observation:
+        regions = self._arena.regions
+        if self._kind == 'region':
+            index: np.int64 = np.int64(3 * self._region[0] + self._region[1])
+            return index
+        if self._kind == 'memberships':
+            mu_x = memberships(self._x_m, regions.x_knots_m)
+            mu_y = memberships(self._y_m, regions.y_knots_m)
+            degrees: NDArray[np.float32] = np.array([*mu_x, *mu_y], dtype=np.float32)
+            return degrees
+        share = (self._x_m / self._arena.width_m, self._y_m / self._arena.length_m)
+        place: NDArray[np.float32] = np.array(share, dtype=np.float32)
+        return place
+
+    def _info(self, length_m: float) -> dict[str, Any]:
+        return {
+            'x_m': self._x_m,
+            'y_m': self._y_m,
+            'region': region_name(self._region),
+            'length_m': length_m,
+        }
+
+
+def _space(observation: str) -> spaces.Space[Any]:
+    if observation == 'region':
+        return spaces.Discrete(9)
+    size = 6 if observation == 'memberships' else 2
+    return spaces.Box(0.0, 1.0, (size,), np.float32)
+
+
+def register() -> None:
+    """Make `goalreach/GoalReach-v0` known to Gymnasium; a second call changes nothing."""
+    if ENVIRONMENT_ID not in gymnasium.registry:
+        gymnasium.register(
+            id=ENVIRONMENT_ID, entry_point=_ENTRY_POINT, max_episode_steps=_MAX_OPTIONS
+        )
