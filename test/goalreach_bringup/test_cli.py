@@ -32,6 +32,8 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
         (['run', '--start', 'here'], "--start = 'here'"),
         (['run', '--policy', 'missing.json'], 'missing.json: cannot be read'),
         (['run', '--params-file', 'missing.yaml'], 'missing.yaml: cannot be read'),
+        (['run', '--summary', '/missing/out.json'], '/missing/out.json: cannot be written'),
+        (['evaluate', '--json', '/missing/out.json'], '/missing/out.json: cannot be written'),
         (['evaluate', '--starts', 'random:0'], "--starts = 'random:0'"),
         (['evaluate', '--noise', 'loud'], 'loud: is no preset'),
         (['evaluate', '--jobs', '0'], '--jobs = 0'),

@@ -9,9 +9,24 @@ import tempfile
 
 from goalreach_msgs_py.errors import FileFormatError
 
-__all__ = ['write_bytes_atomically', 'write_text_atomically']
+__all__ = ['require_writable', 'write_bytes_atomically', 'write_text_atomically']
 
 _READABLE = 0o644
+
+
+def require_writable(path: str | Path) -> None:
+    """Check that a file could be written, before the work whose result it is to hold.
+
+    Raises:
+        FileFormatError: It could not.
+    """
+    target = Path(path)
+    if target.is_dir():
+        raise FileFormatError(path, 'cannot be written: is a directory')
+    if not target.parent.is_dir():
+        raise FileFormatError(path, f'cannot be written: {target.parent} is no directory')
+    if not os.access(target.parent, os.W_OK):
+        raise FileFormatError(path, f'cannot be written: {target.parent} is read-only')
 
 
 def write_text_atomically(path: str | Path, text: str) -> None:

@@ -50,7 +50,10 @@ def execute(options: argparse.Namespace) -> int:
     """
     from goalreach_bringup.bench.report import rows_to_json, show_rows
     from goalreach_bringup.summary_file import write_summary
+    from goalreach_msgs_py.atomic_file import require_writable
 
+    if options.json is not None:
+        require_writable(options.json)
     rows = _load(options.suite.replace('-', '_')).execute(options)
     show_rows(rows)
     if options.json is not None:

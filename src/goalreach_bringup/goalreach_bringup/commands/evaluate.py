@@ -48,7 +48,10 @@ def execute(options: argparse.Namespace) -> int:
     from goalreach_bringup.evaluation import evaluate
     from goalreach_bringup.summary_file import summarise, write_summary
     from goalreach_bringup.terminal import progress_bar, show_paths_table
+    from goalreach_msgs_py.atomic_file import require_writable
 
+    if options.json:
+        require_writable(options.json)
     plan = _plan(options)
     began_s = time.perf_counter()
     with progress_bar('driving', total=len(plan.starts), quiet=options.quiet) as advance:

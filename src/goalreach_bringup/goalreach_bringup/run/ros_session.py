@@ -23,6 +23,7 @@ from goalreach_bringup.run.ros_monitor import RunMonitor
 from goalreach_bringup.summary_file import summarise, write_summary
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import write_policy
+from goalreach_msgs_py.atomic_file import require_writable
 from goalreach_msgs_py.ros_node import StopRequest
 
 __all__ = ['RunSession']
@@ -54,6 +55,8 @@ class RunSession:
             GoalreachError: A file or a parameter is refused, or a node died.
         """
         options = self._options
+        if options.summary:
+            require_writable(options.summary)
         user = read_parameters(options.params_file, NODES) if options.params_file else {}
         directory = make_run_directory()
         policy_path = options.policy or directory / 'policy.json'
