@@ -26,6 +26,9 @@ _SAME_RAD = 0.02
 """Solutions nearer than this are one. Chosen: far above the error of a converged solution."""
 _SEED_MARGIN_M = 0.6
 _MOST_SOLVED = 24
+_BORDER_PX = 15.0
+"""An LED nearer than this to the border may be cut, or just outside. Chosen."""
+_BEHIND_M = 0.06
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +107,8 @@ def identify(
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are tried first; where no three of them are LEDs, two.
+    Three spots are tried first; where no three of them are LEDs, two, unless the pose would show
+    more LEDs than that.
 
     Args:
         geometry: What is known.
@@ -131,6 +135,8 @@ def identify(
             continue
         rivals = chi2[_differ(solutions.poses, leds, best)]
         if rivals.size and rivals.min() < chi2[best] + config.margin:
+            return None
+        if size < _TRIPLE and _another_in_view(geometry, solutions.poses[best], leds[best]):
             return None
         x_m, y_m, azimuth = (float(value) for value in solutions.poses[best])
         information = solutions.information[best]
@@ -200,6 +206,18 @@ def _inside(
         (x > -margin_m) & (x < width_m + margin_m) & (y > -margin_m) & (y < length_m + margin_m)
     )
     return inside
+
+
+def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np.intp]) -> bool:
+    """Return whether a pose would show more LEDs than were used, in the one image there is."""
+    if np.ptp(geometry.turns_rad) > 0.0:
+        return False
+    others = np.setdiff1d(np.arange(len(geometry.leds_m)), leds)[None, :]
+    offsets_m = geometry.offsets_m(pose[None, :], others)
+    seen = geometry.project(pose[None, :], offsets_m, np.zeros_like(others))
+    off_centre_px = np.abs(seen.pixels_px - geometry.lens.centre_px)
+    inside = (off_centre_px < geometry.lens.centre_px - _BORDER_PX).all(axis=-1)
+    return bool((inside & (seen.depth_m > _BEHIND_M)).any())
 
 
 def _differ(poses: FloatArray, leds: NDArray[np.intp], best: int) -> NDArray[np.bool_]:

@@ -37,7 +37,7 @@ class HeadConfig:
         maximum=_RIGHT_ANGLE,
     )
     view_margin_px: float = parameter(
-        40.0,
+        24.0,
         'An LED nearer than this to the border of the image is not in view, px (chosen)',
         minimum=0.0,
         maximum=1000.0,

@@ -17,7 +17,7 @@ __all__ = ['HeadTracker']
 
 _WIDER_RAD = deg(5.0)
 """How much wider another pair of LEDs must be to change over to it. Chosen."""
-_ENTRY_SLACK = 0.93
+_ENTRY_SLACK = 0.96
 """A set of LEDs that was not looked at yet must fit into this part of the image. Chosen."""
 _LEAST_DEPTH_M = 0.01
 
@@ -63,7 +63,7 @@ class HeadTracker:
             lens: The lens.
         """
         self._search.reset()
-        azimuth, tilt = self._look_at(offsets_m.tolist(), lens)
+        azimuth, tilt = self.aim_at(offsets_m.tolist(), lens)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -77,8 +77,13 @@ class HeadTracker:
             tilt_rad=self._config.clip_tilt(tilt - biases_rad[1]),
         )
 
-    def _look_at(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
-        """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all."""
+    def aim_at(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
+        """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all.
+
+        Args:
+            offsets_m: (n, 3) believed LED minus optical centre in `map`.
+            lens: The lens.
+        """
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
         half_u, half_v = (lens.centre_px - self._config.view_margin_px) / lens.focal_px
         best: tuple[float, float] | None = None

@@ -9,10 +9,10 @@ import numpy as np
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Odometry
 
-__all__ = ['image_fault', 'motion_fault', 'odometry_jump']
+__all__ = ['input_fault', 'odometry_jump']
 
 
-def image_fault(image: object, camera: PinholeCamera) -> str:
+def _image_fault(image: object, camera: PinholeCamera) -> str:
     """Return why an image cannot be used, or an empty text."""
     if not isinstance(image, np.ndarray):
         return f'image: not an array but {type(image).__name__}'
@@ -24,7 +24,7 @@ def image_fault(image: object, camera: PinholeCamera) -> str:
     return ''
 
 
-def motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
+def _motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
     """Return why joint angles or odometry cannot be used, or an empty text."""
     for name in ('turret_rad', 'pan_rad', 'tilt_rad'):
         if not math.isfinite(getattr(joints, name)):
@@ -34,6 +34,30 @@ def motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
         if not math.isfinite(getattr(pose, name)):
             return f'odometry: {name} is {getattr(pose, name)}'
     return ''
+
+
+def input_fault(
+    image: object,
+    camera: PinholeCamera,
+    joints: HeadAngles,
+    odometry: Odometry,
+    *,
+    time_ns: int,
+    last_ns: int | None,
+) -> str:
+    """Return why an image or its companions cannot be used, or an empty text.
+
+    Args:
+        image: What should be (height, width) mono8.
+        camera: The camera that took it.
+        joints: Encoder readings.
+        odometry: Encoder odometry.
+        time_ns: Stamp of them all.
+        last_ns: Stamp of the last image used, or None before the first.
+    """
+    if last_ns is not None and time_ns < last_ns:
+        return f'time: {time_ns} ns is before the last image, {last_ns} ns'
+    return _image_fault(image, camera) or _motion_fault(joints, odometry)
 
 
 def odometry_jump(

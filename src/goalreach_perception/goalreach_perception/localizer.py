@@ -21,17 +21,16 @@ from goalreach_msgs_py.values import (
     Pose2,
     PoseEstimate,
 )
-from goalreach_perception.association import Fix, identify
+from goalreach_perception.acquisition import Acquisition
+from goalreach_perception.association import Fix
 from goalreach_perception.detection import Image, SpotDetector
 from goalreach_perception.head_tracker import HeadTracker
-from goalreach_perception.input_check import image_fault, motion_fault, odometry_jump
+from goalreach_perception.input_check import input_fault, odometry_jump
 from goalreach_perception.landmark_tracking import SeenLeds, correct_by, find_predicted
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput, anywhere
 from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
-from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.optics import Optics
-from goalreach_perception.panorama import Panorama, Sightings
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.pose_watch import Mode, PoseWatch
 
@@ -39,12 +38,6 @@ __all__ = ['LandmarkLocalizer', 'LocalizerConfig', 'LocalizerCounters', 'Localiz
 
 _START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
 """Given to a pose before the image it was solved from corrects it: next to no knowledge."""
-_PANORAMA_INFLATION = 4.0
-"""The filter does not keep how errors of a panorama correlate with those of the survey, so its
-covariance is made larger. Chosen."""
-_PANORAMA_SIGMA_M = 0.15
-"""A panorama that is less sure than this is not used: from afar one image holds all LEDs, and is
-far better. Chosen."""
 _UNNAMED = np.empty(0, dtype=np.intp)
 _TRIPLE = 3
 _REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
@@ -74,7 +67,7 @@ class LandmarkLocalizer:
         )
         self._head = HeadTracker(config.head)
         self._watch = PoseWatch(config.watch)
-        self._panorama = Panorama(noise.pan_tilt_noise_rad)
+        self._acquisition = Acquisition(config, self._filter)
         self._counts = dict.fromkeys(LocalizerCounters.__dataclass_fields__, 0)
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
@@ -83,7 +76,7 @@ class LandmarkLocalizer:
 
     @property
     def filter(self) -> PoseFilter:
-        """The filter, for studies of its consistency; not to be changed."""
+        """The filter, for studies; not to be changed."""
         return self._filter
 
     def process(
@@ -107,11 +100,10 @@ class LandmarkLocalizer:
         Returns:
             The output; an unusable input gives 'refused', its reason, and no pose.
         """
-        if self._last is not None and time_ns == self._last[0] and self._output is not None:
+        last_ns = None if self._last is None else self._last[0]
+        if time_ns == last_ns and self._output is not None:
             return self._output
-        fault = image_fault(image, camera) or motion_fault(joints, odometry)
-        if not fault and self._last is not None and time_ns < self._last[0]:
-            fault = f'time: {time_ns} ns is before the last image, {self._last[0]} ns'
+        fault = input_fault(image, camera, joints, odometry, time_ns=time_ns, last_ns=last_ns)
         if fault:
             return self._refuse(fault)
         if self._optics is None or self._optics.camera != camera:
@@ -151,7 +143,7 @@ class LandmarkLocalizer:
                 turn_rad_per_s=self._config.robot_turn_rad_per_s,
             )
             if jumped:
-                self._panorama.clear()
+                self._acquisition.clear()
                 self._lose('odometry jumped')
             else:
                 self._filter.predict(before, now)
@@ -186,19 +178,10 @@ class LandmarkLocalizer:
 
     def _check(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Compare the filter with what the image alone says; believe the image if need be."""
-        fix = self._identify(seen, joints, optics)
+        fix = self._acquisition.from_image(seen, joints, optics)
         if fix is None:
             return
-        mean = self._filter.mean
-        azimuth = mean[HEADING] + mean[PAN_BIAS] + joints.turret_rad + joints.pan_rad
-        turned = angle_difference(azimuth, fix.azimuth_rad)
-        difference = np.array([mean[0] - fix.x_m, mean[1] - fix.y_m, turned])
-        to_azimuth = np.zeros((3, len(mean)))
-        to_azimuth[[0, 1, 2, 2], [0, 1, HEADING, PAN_BIAS]] = 1.0
-        covariance = to_azimuth @ self._filter.covariance @ to_azimuth.T
-        covariance += np.linalg.inv(fix.information)
-        covariance[2, 2] += self._config.noise.pan_tilt_noise_rad**2
-        distance2 = float(difference @ np.linalg.solve(covariance, difference))
+        distance2 = self._acquisition.distance2(fix, joints)
         self._counts['contradicted'] += distance2 > self._config.watch.check_gate
         if self._watch.checked(distance2):
             self._counts['lost'] += 1
@@ -210,85 +193,26 @@ class LandmarkLocalizer:
         """Start the filter anew where this image, or the last ones together, tell the pose."""
         spots = self._detector.in_frame(image)
         lights = SeenLeds(_UNNAMED, spots, optics.to_ideal(spots.pixels_px), 0)
-        fix = self._identify(lights, joints, optics)
+        fix = self._acquisition.from_image(lights, joints, optics)
         if self._watch.mode is Mode.DOUBTFUL:
             if fix is None or len(fix.leds) < _TRIPLE:
                 return None
         elif fix is None:
-            self._look_around(lights, joints, odometry, optics)
+            around = self._acquisition.from_panorama(lights, joints, odometry, optics)
+            if around is not None:
+                self._start(*around, sure=True)
             return None
-        seen = SeenLeds(
-            fix.leds, spots[fix.spots.tolist()], lights.pixels_px[fix.spots], len(fix.leds)
-        )
+        rows = fix.spots.tolist()
+        seen = SeenLeds(fix.leds, spots[rows], lights.pixels_px[rows], len(rows))
         self._restart(fix, seen, joints, optics)
         return seen
-
-    def _look_around(
-        self, lights: SeenLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
-    ) -> None:
-        """Start the filter where the lights of several images together tell the pose.
-
-        Each of them was seen more than once, so even two need no confirmation: neither is a
-        spurious light, and `identify` saw no other pose that fits.
-        """
-        gained = self._panorama.add(
-            lights.pixels_px,
-            lights.spots.sigmas_px,
-            lens=optics.lens,
-            joints=joints,
-            odometry=odometry,
-        )
-        if not gained:
-            return
-        sightings = self._panorama.sightings(self._config.detection.maximum_spots)
-        fix = self._solve(sightings, optics)
-        if fix is None:
-            return
-        covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
-        if covariance[0, 0] + covariance[1, 1] > _PANORAMA_SIGMA_M**2:
-            return
-        covariance[2, 2] += self._filter.covariance[PAN_BIAS, PAN_BIAS]
-        heading = odometry.heading_rad + fix.azimuth_rad - float(self._filter.mean[PAN_BIAS])
-        pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading)
-        self._start(pose, covariance, sure=True)
-
-    def _identify(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
-        """Return the pose and labelling that explain the lights of one image, or None."""
-        count = len(seen.pixels_px)
-        image = Sightings(
-            seen.pixels_px,
-            seen.spots.sigmas_px,
-            np.zeros(count),
-            np.full(count, joints.tilt_rad),
-        )
-        return self._solve(image, optics)
-
-    def _solve(self, sightings: Sightings, optics: Optics) -> Fix | None:
-        """Return the pose and labelling that explain lights, or None."""
-        state = self._filter
-        geometry = ImageGeometry(
-            leds_m=state.leds_m,
-            camera_height_m=state.camera_height_m,
-            turns_rad=sightings.turns_rad,
-            tilts_rad=sightings.tilts_rad + float(state.mean[TILT_BIAS]),
-            lens=optics.lens.scaled(state.focal_error),
-            nuisance_covariance=state.covariance,
-            tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
-        )
-        return identify(
-            geometry,
-            sightings.pixels_px,
-            sightings.sigmas_px,
-            arena_size_m=(self._config.arena_width_m, self._config.arena_length_m),
-            config=self._config.association,
-        )
 
     def _start(self, pose: Pose2, covariance: FloatArray, *, sure: bool) -> None:
         """Start the filter at a pose."""
         self._filter.start(pose, covariance)
         self._counts['acquired'] += 1
         self._watch.start(sure=sure)
-        self._panorama.clear()
+        self._acquisition.clear()
 
     def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""

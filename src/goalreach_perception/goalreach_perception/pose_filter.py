@@ -36,10 +36,9 @@ from goalreach_perception.measurement_model import (
     project,
     state_jacobian,
 )
+from goalreach_perception.prediction import Prediction, innovate
 
-__all__ = ['FilterConfig', 'PoseFilter', 'Prediction', 'innovation_distance2']
-
-_AXES = np.array([0, 1])
+__all__ = ['FilterConfig', 'PoseFilter']
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,42 +67,6 @@ class FilterConfig:
     def __post_init__(self) -> None:
         """Check every field."""
         check_fields(self)
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Where the LEDs should be in an image, and how sure that is.
-
-    Attributes:
-        pixels_px: (n, 2) ideal pixels.
-        depth_m: (n,) distance along the optical axis, at least 0.05.
-        jacobian: (2 n, states) derivative by the state.
-        cross: (states, 2 n) covariance of state and pixels.
-        encoder_noise: (2 n, 2 n) covariance that the encoders' noise gives the pixels.
-        covariance: (2 n, 2 n) covariance of the pixels, encoder noise included, spots' own not.
-    """
-
-    pixels_px: FloatArray
-    depth_m: FloatArray
-    jacobian: FloatArray
-    cross: FloatArray
-    encoder_noise: FloatArray
-    covariance: FloatArray
-
-    def of_leds(self, leds: NDArray[np.intp]) -> Prediction:
-        """Return the same for some of the LEDs, in the order given."""
-        if leds.tolist() == list(range(len(self.depth_m))):
-            return self
-        rows = (2 * leds[:, None] + _AXES).reshape(-1)
-        square = (rows[:, None], rows)
-        return Prediction(
-            self.pixels_px[leds],
-            self.depth_m[leds],
-            self.jacobian[rows],
-            self.cross[:, rows],
-            self.encoder_noise[square],
-            self.covariance[square],
-        )
 
 
 class PoseFilter:
@@ -272,7 +235,7 @@ class PoseFilter:
             state is unchanged where it is above the joint gate.
         """
         part = prediction.of_leds(leds)
-        innovation, spots, inverse, distance2 = _innovate(part, pixels_px, sigmas_px)
+        innovation, spots, inverse, distance2 = innovate(part, pixels_px, sigmas_px)
         if not distance2 <= self._config.joint_gate:
             return distance2
         gain = part.cross @ inverse
@@ -286,22 +249,3 @@ class PoseFilter:
         joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)
         return distance2
-
-
-def innovation_distance2(
-    prediction: Prediction, leds: NDArray[np.intp], pixels_px: FloatArray, sigmas_px: FloatArray
-) -> float:
-    """Return the squared distance of LEDs from their prediction, 2 k degrees of freedom."""
-    return _innovate(prediction.of_leds(leds), pixels_px, sigmas_px)[3]
-
-
-def _innovate(
-    part: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return the innovation, the variances of the spots, its inverse covariance and length."""
-    innovation = (pixels_px - part.pixels_px).reshape(-1)
-    spots = np.repeat(sigmas_px * sigmas_px, 2)
-    covariance = part.covariance.copy()
-    covariance.flat[:: len(spots) + 1] += spots
-    inverse = np.linalg.inv(covariance)
-    return innovation, spots, inverse, float(innovation @ inverse @ innovation)

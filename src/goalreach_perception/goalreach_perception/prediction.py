@@ -1,0 +1,69 @@
+"""What the filter expects of an image, and how far the image is from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.values import FloatArray
+
+__all__ = ['Prediction', 'innovate', 'innovation_distance2']
+
+_AXES = np.array([0, 1])
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Where the LEDs should be in an image, and how sure that is.
+
+    Attributes:
+        pixels_px: (n, 2) ideal pixels.
+        depth_m: (n,) distance along the optical axis, at least 0.05.
+        jacobian: (2 n, states) derivative by the state.
+        cross: (states, 2 n) covariance of state and pixels.
+        encoder_noise: (2 n, 2 n) covariance that the encoders' noise gives the pixels.
+        covariance: (2 n, 2 n) covariance of the pixels, encoder noise included, spots' own not.
+    """
+
+    pixels_px: FloatArray
+    depth_m: FloatArray
+    jacobian: FloatArray
+    cross: FloatArray
+    encoder_noise: FloatArray
+    covariance: FloatArray
+
+    def of_leds(self, leds: NDArray[np.intp]) -> Prediction:
+        """Return the same for some of the LEDs, in the order given."""
+        if leds.tolist() == list(range(len(self.depth_m))):
+            return self
+        rows = (2 * leds[:, None] + _AXES).reshape(-1)
+        square = (rows[:, None], rows)
+        return Prediction(
+            self.pixels_px[leds],
+            self.depth_m[leds],
+            self.jacobian[rows],
+            self.cross[:, rows],
+            self.encoder_noise[square],
+            self.covariance[square],
+        )
+
+
+def innovate(
+    part: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return the innovation, the variances of the spots, its inverse covariance and length."""
+    innovation = (pixels_px - part.pixels_px).reshape(-1)
+    spots = np.repeat(sigmas_px * sigmas_px, 2)
+    covariance = part.covariance.copy()
+    covariance.flat[:: len(spots) + 1] += spots
+    inverse = np.linalg.inv(covariance)
+    return innovation, spots, inverse, float(innovation @ inverse @ innovation)
+
+
+def innovation_distance2(
+    prediction: Prediction, leds: NDArray[np.intp], pixels_px: FloatArray, sigmas_px: FloatArray
+) -> float:
+    """Return the squared distance of LEDs from their prediction, 2 k degrees of freedom."""
+    return innovate(prediction.of_leds(leds), pixels_px, sigmas_px)[3]

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
+from goalreach_msgs_py.values import HeadAngles
+from goalreach_perception.head_config import HeadConfig
+from goalreach_perception.head_tracker import HeadTracker
+from goalreach_perception.measurement_model import Lens, project
+
+LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
+REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
+LED_PLACES = Arena().landmark_array_m
+
+
+def test_landmarks_abeam_send_the_turret_all_the_way_and_pan_to_its_end() -> None:
+    # Facing +x at (0, 2, 1) with LEDs around (0, 0, 1): 90 deg to the right, none of it done yet.
+    offsets = np.array([[-0.1, -2.0, 0.0], [0.1, -2.0, 0.0], [0.0, -2.0, 0.0]])
+    command = HeadTracker(HeadConfig()).track(
+        REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.0, 0.0), lens=LENS
+    )
+    assert command.turret_rad == pytest.approx(-math.pi / 2)
+    assert command.pan_rad == pytest.approx(math.radians(-87.0))
+    assert command.tilt_rad == pytest.approx(0.0, abs=1e-12)
+
+
+def test_biases_are_taken_off_what_the_encoders_shall_read() -> None:
+    offsets = np.array([[2.0, 0.1, 0.2], [2.0, -0.1, 0.2], [2.0, 0.0, 0.2]])
+    command = HeadTracker(HeadConfig()).track(
+        REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.01, 0.02), lens=LENS
+    )
+    assert command.pan_rad == pytest.approx(-0.01)
+    assert command.tilt_rad == pytest.approx(math.atan2(0.2, 2.0) - 0.02, abs=1e-3)
+
+
+def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
+    tracker = HeadTracker(HeadConfig())
+    offsets = np.array([[2.0, 0.1, 0.0], [2.0, -0.1, 0.0], [2.0, 0.0, 0.0]])
+    arguments: dict[str, Any] = {
+        'heading_rad': 0.0,
+        'offsets_m': offsets,
+        'biases_rad': (0.0, 0.0),
+        'lens': LENS,
+    }
+    tracker.track(HeadAngles(turret_rad=0.5, pan_rad=0.0, tilt_rad=0.0), **arguments)
+    command = tracker.track(HeadAngles(turret_rad=0.45, pan_rad=0.0, tilt_rad=0.0), **arguments)
+    # The turret will have gone another -0.05 rad by the next image.
+    assert command.turret_rad == pytest.approx(0.0, abs=1e-12)
+    assert command.pan_rad == pytest.approx(-0.45 + 0.05)
+
+
+@given(st.floats(0.3, 3.2), st.floats(2.2, 4.8))
+@settings(max_examples=60)
+def test_all_three_are_in_the_image_beyond_the_near_part_of_the_arena(
+    x_m: float, y_m: float
+) -> None:
+    offsets = LED_PLACES - np.array([x_m, y_m, 1.1])
+    azimuth, tilt = HeadTracker(HeadConfig()).aim_at(offsets.tolist(), LENS)
+    pixels = project(offsets, optical_rotation(azimuth, tilt), LENS).pixels_px
+    assert (pixels > 20.0).all()
+    assert (pixels < [619.0, 459.0]).all()
+
+
+@given(st.floats(0.3, 3.2), st.floats(0.95, 2.0))
+@settings(max_examples=60)
+def test_two_are_in_the_image_nearer_than_that(x_m: float, y_m: float) -> None:
+    offsets = LED_PLACES - np.array([x_m, y_m, 1.1])
+    azimuth, tilt = HeadTracker(HeadConfig()).aim_at(offsets.tolist(), LENS)
+    pixels = project(offsets, optical_rotation(azimuth, tilt), LENS).pixels_px
+    inside = (pixels > 20.0).all(axis=1) & (pixels < [620.0, 460.0]).all(axis=1)
+    assert inside.sum() >= 2
+
+
+def test_the_search_sees_every_azimuth() -> None:
+    # A robot whose pan turns 90 deg/s and whose turret speeds up by 30 deg/s^2 to 90 deg/s.
+    tracker = HeadTracker(HeadConfig())
+    dt, turret, pan, speed = 0.04, 0.0, 0.0, 0.0
+    seen: set[int] = set()
+    for _ in range(int(4.0 / dt)):
+        joints = HeadAngles(turret_rad=math.radians(turret), pan_rad=math.radians(pan), tilt_rad=0)
+        command = tracker.search(joints)
+        speed = min(speed + 30.0 * dt, 90.0) if command.turret_rad > joints.turret_rad else 0.0
+        turret += speed * dt
+        wanted = math.degrees(command.pan_rad)
+        pan += max(-90.0 * dt, min(90.0 * dt, wanted - pan))
+        middle = round(turret + pan)
+        seen |= {azimuth % 360 for azimuth in range(middle - 28, middle + 29)}
+    assert len(seen) == 360
+
+
+def test_the_search_looks_higher_every_other_turn() -> None:
+    tracker = HeadTracker(HeadConfig())
+    tilts = [
+        tracker.search(
+            HeadAngles(turret_rad=math.radians(turret), pan_rad=0.0, tilt_rad=0.0)
+        ).tilt_rad
+        for turret in range(0, 660, 10)
+    ]
+    assert tilts[0] == pytest.approx(math.radians(20.0))
+    assert tilts[30] == pytest.approx(math.radians(40.0))
+    assert tilts[60] == pytest.approx(math.radians(20.0))
+
+
+def test_commands_stay_within_the_ranges() -> None:
+    config = HeadConfig()
+    for height in (-5.0, 5.0):
+        offsets = np.array([[0.5, 0.1, height], [0.5, -0.1, height], [0.5, 0.0, height]])
+        command = HeadTracker(config).track(
+            REST, heading_rad=2.0, offsets_m=offsets, biases_rad=(0.0, 0.0), lens=LENS
+        )
+        assert config.tilt_minimum_rad <= command.tilt_rad <= config.tilt_maximum_rad
+        assert abs(command.pan_rad) <= config.pan_limit_rad

@@ -1,0 +1,37 @@
+from __future__ import annotations
+
+import pytest
+
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NoiseModel, noise_preset
+from goalreach_msgs_py.parameters import build_config, flatten_config
+from goalreach_perception.head_config import HeadConfig
+from goalreach_perception.localizer_config import LocalizerConfig
+
+
+def test_the_default_is_the_default_arena() -> None:
+    assert LocalizerConfig.for_arena(Arena(), NoiseModel()) == LocalizerConfig()
+    assert LocalizerConfig().landmark_array_m.shape == (3, 3)
+    assert LocalizerConfig().landmark_array_m[1].tolist() == [1.778, 0.508, 1.8288]
+
+
+def test_it_survives_the_way_through_parameters() -> None:
+    config = LocalizerConfig.for_arena(Arena(), noise_preset('harsh'))
+    assert build_config(LocalizerConfig, flatten_config(config)) == config
+
+
+@pytest.mark.parametrize('places', [(), (1.0,) * 6, (1.0,) * 10])
+def test_places_that_are_not_those_of_three_leds_are_refused(places: tuple[float, ...]) -> None:
+    with pytest.raises(ConfigurationError, match='landmarks_m'):
+        LocalizerConfig(landmarks_m=places)
+
+
+def test_a_nested_field_is_refused_by_its_whole_name() -> None:
+    with pytest.raises(ConfigurationError, match=r'filter\.led_gate'):
+        build_config(LocalizerConfig, {'filter.led_gate': -1.0})
+
+
+def test_a_tilt_range_that_is_none_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match='tilt_minimum_rad'):
+        HeadConfig(tilt_minimum_rad=0.5, tilt_maximum_rad=0.1)

@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.values import FloatArray
+from goalreach_perception.bounds import one_image_bound
+from goalreach_perception.measurement_model import HEIGHT, LEDS, TILT_BIAS, Lens
+from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
+
+CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
+LED_PLACES = Arena().landmark_array_m
+HEIGHT_M = 1.1
+TILT_RAD = 0.12
+
+
+def geometry(spots: int, nuisance: FloatArray | None = None) -> ImageGeometry:
+    return ImageGeometry(
+        leds_m=LED_PLACES,
+        camera_height_m=HEIGHT_M,
+        turns_rad=np.zeros(spots),
+        tilts_rad=np.full(spots, TILT_RAD),
+        lens=Lens.of_camera(CAMERA),
+        nuisance_covariance=np.zeros((LEDS + 9, LEDS + 9)) if nuisance is None else nuisance,
+        tilt_noise_rad=0.0,
+    )
+
+
+def true_pixels(x_m: float, y_m: float, azimuth: float) -> FloatArray:
+    centre = np.array([x_m, y_m, HEIGHT_M])
+    return CAMERA.project(points_in_camera(LED_PLACES, centre, azimuth, TILT_RAD))
+
+
+def solve_noisy(sigma_px: float, count: int, pose: tuple[float, float, float]) -> Solutions:
+    rng = np.random.default_rng(3)
+    clean = true_pixels(*pose)
+    pixels = (clean + sigma_px * rng.standard_normal((count, 3, 2))).reshape(-1, 2)
+    return solve_poses(
+        geometry(3 * count),
+        pixels,
+        np.full(3 * count, sigma_px),
+        spots=np.arange(3 * count).reshape(-1, 3),
+        leds=np.tile(np.arange(3), (count, 1)),
+        seeds=np.tile(np.array(pose) + np.array([0.2, -0.2, 0.05]), (count, 1)),
+    )
+
+
+def test_the_pose_behind_noiseless_pixels() -> None:
+    pose = (1.2, 3.0, -1.4)
+    found = solve_poses(
+        geometry(3),
+        true_pixels(*pose),
+        np.full(3, 0.1),
+        spots=np.array([[0, 1, 2]]),
+        leds=np.array([[0, 1, 2]]),
+        seeds=np.array([[1.5, 2.6, -1.3]]),
+    )
+    assert found.poses[0] == pytest.approx(pose, abs=1e-6)
+    assert found.chi2[0] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize('sigma_px', [0.1, 0.3, 1.0])
+@pytest.mark.parametrize(('x_m', 'y_m'), [(1.778, 2.54), (0.6, 3.5), (3.0, 4.6)])
+def test_errors_reach_the_bound_and_chi_square_is_three(
+    sigma_px: float, x_m: float, y_m: float
+) -> None:
+    azimuth = math.atan2(0.25 - y_m, 1.778 - x_m)
+    found = solve_noisy(sigma_px, 4000, (x_m, y_m, azimuth))
+    error = found.poses - [x_m, y_m, azimuth]
+    rms_m = math.sqrt((error[:, :2] ** 2).sum(axis=1).mean())
+    claimed = np.linalg.inv(found.information[0])
+    assert rms_m == pytest.approx(math.sqrt(claimed[0, 0] + claimed[1, 1]), rel=0.06)
+    assert found.chi2.mean() == pytest.approx(3.0, abs=0.1)
+    # The bound looks at the LEDs with a tilt of its own, which hardly matters.
+    bound = one_image_bound(
+        x_m,
+        y_m,
+        leds_m=LED_PLACES,
+        camera=CAMERA,
+        camera_height_m=HEIGHT_M,
+        pixel_sigma_px=sigma_px,
+    )
+    assert rms_m == pytest.approx(bound.position_sigma_m, rel=0.05)
+
+
+def test_what_is_not_known_for_certain_weakens_the_pixels() -> None:
+    nuisance = np.zeros((LEDS + 9, LEDS + 9))
+    nuisance[TILT_BIAS, TILT_BIAS] = 0.003**2
+    nuisance[HEIGHT, HEIGHT] = 0.006**2
+    pose = (1.2, 3.0, -1.4)
+    arguments: dict[str, Any] = {
+        'spots': np.array([[0, 1, 2]]),
+        'leds': np.array([[0, 1, 2]]),
+        'seeds': np.array([pose]),
+    }
+    sure = solve_poses(geometry(3), true_pixels(*pose), np.full(3, 0.3), **arguments)
+    unsure = solve_poses(geometry(3, nuisance), true_pixels(*pose), np.full(3, 0.3), **arguments)
+    loss = sure.information[0] - unsure.information[0]
+    assert np.linalg.eigvalsh(loss).min() > -1e-6 * np.abs(sure.information).max()
+    assert np.trace(unsure.information[0]) < np.trace(sure.information[0])
+
+
+def test_an_led_behind_the_camera_has_no_likelihood() -> None:
+    found = solve_poses(
+        geometry(3),
+        true_pixels(1.2, 3.0, -1.4),
+        np.full(3, 0.1),
+        spots=np.array([[0, 1, 2]]),
+        leds=np.array([[0, 1, 2]]),
+        seeds=np.array([[1.2, 3.0, 1.6]]),
+        iterations=0,
+    )
+    assert found.chi2[0] == math.inf

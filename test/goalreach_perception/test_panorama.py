@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.values import HeadAngles, Pose2
+from goalreach_perception.measurement_model import Lens
+from goalreach_perception.panorama import Panorama
+
+LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
+HERE = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
+CENTRE = np.array([[319.5, 239.5]])
+
+
+def add(panorama: Panorama, pan_rad: float, place: Pose2 = HERE, du_px: float = 0.0) -> bool:
+    return panorama.add(
+        CENTRE + np.array([du_px, 0.0]),
+        np.array([0.1]),
+        lens=LENS,
+        joints=HeadAngles(turret_rad=0.2, pan_rad=pan_rad, tilt_rad=0.3),
+        odometry=place,
+    )
+
+
+def test_two_lights_of_two_looks_make_a_panorama() -> None:
+    panorama = Panorama(0.001)
+    assert [add(panorama, pan) for pan in (0.0, 0.0, 1.0, 1.0)] == [False, False, True, True]
+    found = panorama.sightings(5)
+    assert found.turns_rad == pytest.approx([0.7, 1.7])
+    assert found.tilts_rad == pytest.approx([0.3, 0.3])
+    # At the centre of the image 1 mrad of the encoders is 0.554 px.
+    assert found.sigmas_px == pytest.approx(np.hypot(0.1, 0.5543), abs=1e-3)
+
+
+def test_a_light_seen_once_is_not_used() -> None:
+    panorama = Panorama(0.001)
+    for pan in (0.0, 1.0, 1.0):
+        add(panorama, pan)
+    assert len(panorama.sightings(5).turns_rad) == 1
+
+
+def test_one_light_seen_from_two_angles_of_the_head_is_one() -> None:
+    panorama = Panorama(0.001)
+    add(panorama, 0.0)
+    # Turned 0.1 rad to the left, the light is 0.1 rad to the right of the (tilted) axis:
+    # tan(0.1) cos(0.3) f = 53.1 px and a little lower, well within one degree.
+    add(panorama, 0.1, du_px=53.1)
+    assert len(panorama.sightings(5).turns_rad) == 1
+
+
+def test_a_robot_that_moved_begins_anew_but_steering_does_not_matter() -> None:
+    panorama = Panorama(0.001)
+    add(panorama, 0.0)
+    add(panorama, -0.4, Pose2(x_m=1.0, y_m=2.0, heading_rad=0.9))
+    assert len(panorama.sightings(5).turns_rad) == 1
+    add(panorama, 0.0, Pose2(x_m=1.02, y_m=2.0, heading_rad=0.5))
+    assert len(panorama.sightings(5).turns_rad) == 0
+
+
+def test_no_more_lights_than_asked_for_the_most_seen_first() -> None:
+    panorama = Panorama(0.001)
+    for pan, times in ((0.0, 2), (0.5, 4), (1.0, 3)):
+        for _ in range(times):
+            add(panorama, pan)
+    assert panorama.sightings(2).turns_rad == pytest.approx([1.2, 1.7])
+    panorama.clear()
+    assert len(panorama.sightings(2).turns_rad) == 0

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+from itertools import permutations
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.measurement_model import DRIFT, HEIGHT, PAN_BIAS, SCALE, Lens
+from goalreach_perception.pose_filter import FilterConfig, PoseFilter
+from goalreach_perception.prediction import innovation_distance2
+
+LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
+JOINTS = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.1)
+START = Pose2(x_m=1.7, y_m=3.0, heading_rad=-math.pi / 2)
+ORIGIN = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+ALL = np.arange(3)
+
+
+def started(
+    *, calibrate: bool = False, sigma_m: float = 0.1, sigma_rad: float = 0.05
+) -> PoseFilter:
+    state = PoseFilter(
+        FilterConfig(),
+        NoiseModel(),
+        leds_m=Arena().landmark_array_m,
+        camera_height_m=1.1,
+        calibrate=calibrate,
+    )
+    state.start(START, np.diag([sigma_m**2, sigma_m**2, sigma_rad**2]))
+    return state
+
+
+def seen_from(state: PoseFilter, offset_px: FloatArray | float = 0.0) -> FloatArray:
+    return state.expect(LENS, JOINTS).pixels_px + offset_px
+
+
+def test_a_metre_straight_on_faces_where_the_map_heading_points() -> None:
+    state = started()
+    state.predict(ORIGIN, Pose2(x_m=1.0, y_m=0.0, heading_rad=0.0))
+    assert state.pose.x_m == pytest.approx(1.7)
+    assert state.pose.y_m == pytest.approx(2.0)
+    assert state.pose.heading_rad == pytest.approx(-math.pi / 2)
+
+
+def test_what_a_metre_adds_to_the_uncertainty() -> None:
+    state = started(sigma_m=0.0, sigma_rad=0.02)
+    state.predict(ORIGIN, Pose2(x_m=1.0, y_m=0.0, heading_rad=0.0))
+    noise, config = NoiseModel(), FilterConfig()
+    along = noise.odometry_scale_error**2 + config.slip_m_per_sqrt_m**2
+    drift = noise.odometry_drift_rad_per_m
+    across = 0.02**2 + (0.5 * drift) ** 2 + config.slip_m_per_sqrt_m**2
+    heading = 0.02**2 + drift**2 + config.heading_walk_rad_per_sqrt_m**2
+    assert state.covariance.diagonal()[:3] == pytest.approx([across, along, heading])
+
+
+def test_known_scale_and_drift_correct_the_odometry() -> None:
+    state = started()
+    state.mean[SCALE], state.mean[DRIFT] = 0.02, 0.1
+    state.predict(ORIGIN, Pose2(x_m=0.01, y_m=0.0, heading_rad=0.0))
+    assert state.pose.y_m == pytest.approx(3.0 - 0.0102, abs=1e-7)
+    assert state.pose.heading_rad == pytest.approx(-math.pi / 2 + 0.001)
+
+
+def test_turning_on_the_spot_adds_no_uncertainty() -> None:
+    state = started()
+    before = state.covariance.copy()
+    state.predict(ORIGIN, Pose2(x_m=0.0, y_m=0.0, heading_rad=3.0))
+    assert state.pose.heading_rad == pytest.approx(3.0 - math.pi / 2)
+    assert np.array_equal(state.covariance, before)
+
+
+def test_pixels_where_expected_leave_the_mean_and_shrink_the_covariance() -> None:
+    state = started()
+    before = state.mean.copy(), np.trace(state.covariance[:2, :2])
+    distance2 = state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.1))
+    assert distance2 == pytest.approx(0.0, abs=1e-12)
+    assert state.mean == pytest.approx(before[0])
+    assert np.trace(state.covariance[:2, :2]) < 0.02 * before[1]
+
+
+def test_a_wrong_pose_is_corrected_by_what_the_true_one_sees() -> None:
+    truth = started()
+    seen = seen_from(truth)
+    state = started(sigma_m=0.3, sigma_rad=0.1)
+    state.mean[:3] += [0.05, -0.04, 0.02]
+    for _ in range(5):
+        state.correct(state.expect(LENS, JOINTS), ALL, seen, np.full(3, 0.1))
+    assert state.mean[:2] == pytest.approx([1.7, 3.0], abs=0.01)
+    assert state.mean[2] + state.mean[PAN_BIAS] == pytest.approx(-math.pi / 2, abs=0.005)
+
+
+def test_considered_states_are_never_corrected_but_always_counted() -> None:
+    state = started()
+    mean, block = state.mean[HEIGHT:].copy(), state.covariance[HEIGHT:, HEIGHT:].copy()
+    for _ in range(200):
+        pixels = seen_from(state, np.array([0.3, -0.2]))
+        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
+    assert np.array_equal(state.mean[HEIGHT:], mean)
+    assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(block)
+    # However many images there are, the survey's error of 0.1 in stays in the position.
+    assert state.covariance[0, 0] > (0.5 * NoiseModel().survey_error_m) ** 2
+
+
+def test_calibration_learns_what_considering_does_not() -> None:
+    taught, considering = started(calibrate=True), started()
+    for state in (taught, considering):
+        for x_m in np.linspace(-0.5, 0.5, 20):
+            state.start(Pose2(x_m=1.7 + x_m, y_m=2.5, heading_rad=-1.57), 1e-4 * np.eye(3))
+            state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.05))
+    learnt = taught.covariance.diagonal()[HEIGHT:]
+    assert (learnt < considering.covariance.diagonal()[HEIGHT:]).all()
+
+
+def test_pixels_far_from_where_expected_change_nothing() -> None:
+    state = started()
+    before = state.mean.copy(), state.covariance.copy()
+    pixels = seen_from(state)
+    pixels[0] += 400.0
+    assert state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.1)) > 32.0
+    assert np.array_equal(state.mean, before[0])
+    assert np.array_equal(state.covariance, before[1])
+
+
+def test_the_order_of_the_leds_does_not_matter() -> None:
+    results = []
+    for order in permutations(range(3)):
+        state = started()
+        pixels = seen_from(state, np.array([1.0, 0.5]))
+        leds = np.array(order)
+        state.correct(state.expect(LENS, JOINTS), leds, pixels[leds], np.full(3, 0.1))
+        results.append((state.mean, state.covariance))
+    for mean, covariance in results[1:]:
+        assert mean == pytest.approx(results[0][0], abs=1e-12)
+        assert covariance == pytest.approx(results[0][1], abs=1e-14)
+
+
+def test_the_covariance_stays_symmetric_and_positive() -> None:
+    state = started(calibrate=True)
+    rng = np.random.default_rng(0)
+    place = ORIGIN
+    for k in range(300):
+        following = Pose2(x_m=0.01 * k, y_m=0.0, heading_rad=0.01 * k)
+        state.predict(place, following)
+        place = following
+        leds = np.sort(rng.permutation(3)[: rng.integers(1, 4)])
+        prediction = state.expect(LENS, JOINTS)
+        noisy = prediction.pixels_px[leds] + 0.1 * rng.standard_normal((len(leds), 2))
+        state.correct(prediction, leds, noisy, np.full(len(leds), 0.1))
+    assert np.array_equal(state.covariance, state.covariance.T)
+    assert np.linalg.eigvalsh(state.covariance).min() > -1e-12
+
+
+def test_pan_noise_is_common_to_the_leds_of_an_image() -> None:
+    # A shift of all pixels like that of a pan error is likelier than one of a single LED.
+    state = started(sigma_m=1e-4, sigma_rad=1e-4)
+    prediction = state.expect(LENS, JOINTS)
+    sigmas = np.full(3, 0.05)
+    together = prediction.pixels_px + np.array([0.5, 0.0])
+    alone = prediction.pixels_px.copy()
+    alone[0, 0] += 0.5
+    common = innovation_distance2(prediction, ALL, together, sigmas)
+    assert common < 0.5 * innovation_distance2(prediction, ALL, alone, sigmas)
+
+
+def test_a_new_start_keeps_the_biases_and_drops_their_correlation_with_the_pose() -> None:
+    state = started()
+    state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state, 0.5), np.full(3, 0.1))
+    bias, variance = state.mean[PAN_BIAS], state.covariance[PAN_BIAS, PAN_BIAS]
+    state.start(ORIGIN, np.eye(3))
+    assert (state.mean[PAN_BIAS], state.covariance[PAN_BIAS, PAN_BIAS]) == (bias, variance)
+    assert not state.covariance[:3, 3:].any()

@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import pytest
+
+from goalreach_perception.pose_watch import Mode, PoseWatch, WatchConfig
+
+
+def tracking() -> PoseWatch:
+    watch = PoseWatch(WatchConfig())
+    watch.start(sure=True)
+    return watch
+
+
+def test_it_begins_searching() -> None:
+    watch = PoseWatch(WatchConfig())
+    assert (watch.mode, watch.reason) == (Mode.SEARCHING, 'no fix yet')
+
+
+def test_dropouts_do_not_matter() -> None:
+    watch = tracking()
+    for used, expected in [(3, 3), (2, 3), (1, 3), (1, 2), (0, 1), (3, 3), (0, 0)] * 20:
+        watch.judge(used, expected)
+        assert watch.mode is Mode.TRACKING
+
+
+def test_two_leds_missing_at_once_raise_doubt_and_one_seen_ends_it() -> None:
+    watch = tracking()
+    watch.judge(0, 2)
+    assert watch.mode is Mode.DOUBTFUL
+    watch.judge(1, 1)
+    assert (watch.mode, watch.reason) == (Mode.TRACKING, '')
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(0, 3), (1, 3), (0, 1)])
+def test_five_images_against_a_pose_end_it(used: int, expected: int) -> None:
+    watch = tracking()
+    modes = []
+    for _ in range(5):
+        watch.judge(used, expected)
+        modes.append(watch.mode is Mode.SEARCHING)
+    assert modes == [False] * 4 + [True]
+
+
+def test_three_seconds_without_any_led_end_a_pose() -> None:
+    watch = tracking()
+    modes = []
+    for _ in range(75):
+        watch.judge(0, 0)
+        modes.append(watch.mode)
+    assert modes == [Mode.TRACKING] * 74 + [Mode.SEARCHING]
+
+
+def test_a_pair_is_confirmed_by_three_images() -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start(sure=False)
+    for used in (2, 1, 2):
+        watch.judge(used, 2)
+        assert watch.mode is Mode.CONFIRMING
+    watch.judge(2, 2)
+    assert watch.mode is Mode.TRACKING
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(0, 2), (0, 0), (1, 3)])
+def test_a_pair_that_is_not_borne_out_is_dropped(used: int, expected: int) -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start(sure=False)
+    watch.judge(used, expected)
+    assert watch.mode is Mode.SEARCHING
+
+
+def test_checks_are_due_every_second_and_at_once_after_a_contradiction() -> None:
+    watch = tracking()
+    assert [watch.check_due() for _ in range(50)].count(True) == 2
+    assert not watch.checked(100.0)
+    assert watch.check_due()
+    assert watch.checked(100.0)
+
+
+def test_one_agreement_clears_a_contradiction() -> None:
+    watch = tracking()
+    assert not watch.checked(100.0)
+    assert not watch.checked(1.0)
+    assert not watch.checked(100.0)
