@@ -21,6 +21,7 @@ from goalreach_msgs_py.ros_sensor_messages import (
     image_from_msg,
     odometry_from_msg,
 )
+from goalreach_msgs_py.ros_transforms import TransformPublisher, map_to_odom
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     CAMERA_INFO,
@@ -43,7 +44,7 @@ class LandmarkLocalizerNode(Node):
     """Adapter of one `LandmarkLocalizer`.
 
     Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image;
-    `/diagnostics`.
+    `/diagnostics`, and `/tf` (map to odom) where tf2_msgs is installed.
     Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
     stamp when all four of it are there.
     Parameters: the fields of `LocalizerConfig`.
@@ -56,6 +57,7 @@ class LandmarkLocalizerNode(Node):
         self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
+        self._transforms = TransformPublisher(self)
         self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
         self._landmarks = self.create_publisher(PolygonStamped, LANDMARKS, RELIABLE_QOS)
         self._head = self.create_publisher(JointState, HEAD_COMMAND, RELIABLE_QOS)
@@ -89,6 +91,9 @@ class LandmarkLocalizerNode(Node):
             self.get_logger().error(f'input refused: {error}', throttle_duration_sec=_THROTTLE_S)
             return
         self._publish(stamp_ns, output)
+        if self._transforms.active and output.mode == 'tracking':
+            in_odom = odometry_from_msg(inputs[ODOM]).pose
+            self._transforms.publish([map_to_odom(stamp_ns, output.estimate.pose, in_odom)])
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
         self._outbox.send(self._pose, estimate_to_msg(output.estimate, stamp_ns))

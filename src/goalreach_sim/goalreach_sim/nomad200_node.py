@@ -17,7 +17,7 @@ from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_sensor_messages import head_from_msg
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
-from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.values import HeadAngles, Pose2
 from goalreach_sim.ros_frame_publisher import FramePublisher
 from goalreach_sim.ros_lockstep import LockstepClock
 from goalreach_sim.ros_markers import arena_markers
@@ -36,8 +36,8 @@ class Nomad200Node(Node):
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
     `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
-    `/diagnostics`.
-    Subscribes: `/cmd_vel`, `/head/command`.
+    `/diagnostics`, and `/tf`, `/tf_static` where tf2_msgs is installed.
+    Subscribes: `/cmd_vel`, `/head/command`, and in a recorded lockstep run `/_recorded`.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
     Parameters: the fields of `SimulatorConfig`, `RegionConfig` and `TimeConfig`; `start_pose`
     and `speed` may change while it runs.
@@ -52,7 +52,12 @@ class Nomad200Node(Node):
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
         period_s = self._simulator.period_ns * 1e-9
-        self._frames = FramePublisher(self, body_radius_m=config.body_radius_m, period_s=period_s)
+        self._frames = FramePublisher(
+            self,
+            body_radius_m=config.body_radius_m,
+            camera_height_m=config.camera_height_m,
+            period_s=period_s,
+        )
         self._diagnostics = Diagnostics(self)
         self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
         self._markers.publish(arena_markers(config, regions.region_map))
@@ -60,18 +65,30 @@ class Nomad200Node(Node):
         self.create_subscription(JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
         self.create_service(Trigger, RESET_SERVICE, self._on_reset)
         self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
+        self._head_target: HeadAngles | None = None
+        self._placed = False
         self._lockstep: LockstepClock | None = None
         self._realtime: RealtimeClock | None = None
         if timing.clock == 'lockstep':
             self._lockstep = LockstepClock(
-                self, timeout_s=timing.answer_timeout_s, tick=self._tick, repeat=self._repeat
+                self,
+                timeout_s=timing.answer_timeout_s,
+                recorded=timing.recorded,
+                tick=self._tick,
+                repeat=self._repeat,
             )
         else:
             self._realtime = RealtimeClock(
-                self, period_s=period_s, speed=timing.speed, tick=self._tick
+                self,
+                period_s=period_s,
+                speed=timing.speed,
+                tick=self._tick,
+                recorded=timing.recorded,
             )
 
     def _tick(self) -> int:
+        self._move_head()
+        self._placed = False
         self._simulator.advance()
         frame = self._simulator.sense()
         self._frames.publish(frame)
@@ -102,8 +119,20 @@ class Nomad200Node(Node):
             self._complain(HEAD_COMMAND, error)
             return
         if self._is_due(HEAD_COMMAND, message):
-            self._simulator.command_head(target)
+            self._head_target = target
+            if self._lockstep is None:
+                self._move_head()
             self._note(HEAD_COMMAND)
+
+    def _move_head(self) -> None:
+        """Take the head's target; in lockstep not before the tick, and not after a reset.
+
+        A target that was worked out before the robot was placed elsewhere would count or not,
+        as it arrived before the reset or after it.
+        """
+        target, self._head_target = self._head_target, None
+        if target is not None and not self._placed:
+            self._simulator.command_head(target)
 
     def _is_due(self, topic: str, message: TwistStamped | JointState) -> bool:
         if self._lockstep is None:
@@ -128,6 +157,7 @@ class Nomad200Node(Node):
         except ConfigurationError as error:
             response.message = str(error)
             return response
+        self._placed = self._lockstep is not None
         response.success = True
         response.message = f'at {x_m:.3f} m, {y_m:.3f} m, {heading_rad:.3f} rad'
         return response

@@ -17,6 +17,12 @@ from goalreach_msgs_py.ros_sensor_messages import (
     image_to_msg,
     odometry_to_msg,
 )
+from goalreach_msgs_py.ros_transforms import (
+    TransformPublisher,
+    head_transforms,
+    odometry_transforms,
+    optical_transform,
+)
 from goalreach_msgs_py.topics import (
     BUMPERS,
     CAMERA_INFO,
@@ -39,12 +45,16 @@ class FramePublisher:
     Args:
         node: The node that publishes.
         body_radius_m: Radius told by a pressed bumper.
+        camera_height_m: Height of the optical centre, for the transforms.
         period_s: Time between readings.
     """
 
-    def __init__(self, node: Node, *, body_radius_m: float, period_s: float) -> None:
+    def __init__(
+        self, node: Node, *, body_radius_m: float, camera_height_m: float, period_s: float
+    ) -> None:
         """Make the publishers."""
         self._body_radius_m = body_radius_m
+        self._camera_height_m = camera_height_m
         self._period_s = period_s
         self._outbox = Outbox()
         self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
@@ -54,6 +64,7 @@ class FramePublisher:
         self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
         self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
         self._truth = node.create_publisher(Odometry, GROUND_TRUTH, RELIABLE_QOS)
+        self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame) -> None:
         """Send a frame; the image goes last, since all else is small."""
@@ -74,6 +85,12 @@ class FramePublisher:
         )
         send(self._camera, camera_to_msg(frame.camera, stamp_ns))
         send(self._image, image_to_msg(frame.image, stamp_ns))
+
+        if self._transforms.active:
+            self._transforms.publish(
+                odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
+                + head_transforms(stamp_ns, frame.joints, self._camera_height_m)
+            )
 
     def repeat(self, stamp_ns: int) -> None:
         """Send the last frame again, for those who have not heard it."""
