@@ -16,9 +16,11 @@ from goalreach_learning.training import MAX_GREEDY_OPTIONS
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['BatchResult', 'greedy_successes_batch', 'train_batch']
+__all__ = ['BUMP_END', 'GOAL_END', 'BatchResult', 'greedy_successes_batch', 'train_batch']
 
 _ACTIONS = 8
+GOAL_END, BUMP_END = 9, 10
+_ENDS = 11
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,11 +31,14 @@ class BatchResult:
         q_by_trial: Q-values after each trial, (n, trials, 3, 3, 8).
         visits_by_trial: Updates so far after each trial, same shape.
         success_by_trial: Share of the exploring paths that reached the goal, (n, trials).
+        counts: How often each action led where, all phases together, (3, 3, 8, 11): the last
+            axis is the region 3 * i + j, then `GOAL_END` and `BUMP_END`.
     """
 
     q_by_trial: FloatArray
     visits_by_trial: IntArray
     success_by_trial: FloatArray
+    counts: IntArray
 
 
 class _Lanes:
@@ -52,6 +57,7 @@ class _Lanes:
         self.goals = np.zeros((n, config.trials), dtype=np.int64)
         self.q_by_trial = np.zeros((n, config.trials, 3, 3, _ACTIONS))
         self.visits_by_trial = np.zeros_like(self.q_by_trial, dtype=np.int64)
+        self.counts = np.zeros((3, 3, _ACTIONS, _ENDS), dtype=np.int64)
         self.path = np.zeros(n, dtype=np.int64)
         self.options = np.zeros(n, dtype=np.int64)
         self.starts_m = np.array([[s.x_m, s.y_m] for s in arena.starts])
@@ -128,6 +134,8 @@ class _Lanes:
         reward = GOAL_REWARD * reached + BUMP_REWARD * end.bumped
         future = gamma * self.q[at[0], end.i, end.j].max(axis=1)
         target = reward + np.where(reached | end.bumped, 0.0, future)
+        led_to = np.where(reached, GOAL_END, np.where(end.bumped, BUMP_END, 3 * end.i + end.j))
+        np.add.at(self.counts, (*at[1:], led_to), 1)
         self.q[at] = (1.0 - alpha) * self.q[at] + alpha * target
         self.visits[at] += 1
 
@@ -154,6 +162,7 @@ def train_batch(
         q_by_trial=lanes.q_by_trial,
         visits_by_trial=lanes.visits_by_trial,
         success_by_trial=lanes.goals / len(arena.starts),
+        counts=lanes.counts,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,11 @@ class TrainingResult:
 
 
 def train(
-    arena: Arena, config: LearningConfig = _DEFAULT, *, rng: np.random.Generator
+    arena: Arena,
+    config: LearningConfig = _DEFAULT,
+    *,
+    rng: np.random.Generator,
+    on_trial: Callable[[int, Policy], object] | None = None,
 ) -> TrainingResult:
     """Run a learning phase: `config.trials` trials, each with one path from every start.
 
@@ -46,6 +51,7 @@ def train(
         arena: Walls, regions and starts.
         config: The free parameters.
         rng: Source of all chance.
+        on_trial: Called after every trial with its number, from 0, and what is known then.
     """
     environment = OptionEnvironment(arena, overshoot_m=config.overshoot_m)
     learner = QLearner(config, arena.regions)
@@ -59,6 +65,8 @@ def train(
             goals += reached
             options += count
         success.append(goals / len(arena.starts))
+        if on_trial is not None:
+            on_trial(trial, learner.policy())
     return TrainingResult(
         policy=learner.policy(), success_by_trial=tuple(success), options=options
     )
