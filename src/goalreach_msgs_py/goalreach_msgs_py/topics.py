@@ -27,6 +27,7 @@ __all__ = [
     'PAUSE_SERVICE',
     'POSE',
     'Q_TABLE',
+    'RECORDED',
     'RESET_SERVICE',
     'STATE',
     'TRANSITION',
@@ -49,6 +50,7 @@ TRANSITION: Final = '/q_learning/transition'
 Q_TABLE: Final = '/q_learning/q_table'
 PATH: Final = '/path'
 DIAGNOSTICS: Final = '/diagnostics'
+RECORDED: Final = '/_recorded'
 
 RESET_SERVICE: Final = '/nomad200/reset'
 PAUSE_SERVICE: Final = '/nomad200/pause'

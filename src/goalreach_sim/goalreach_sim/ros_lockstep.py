@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import Header
 
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
@@ -21,6 +22,7 @@ from goalreach_msgs_py.topics import (
     JOINT_STATES,
     ODOM,
     POSE,
+    RECORDED,
     STATE,
 )
 
@@ -36,6 +38,7 @@ _ANSWER_OF = {
     POSE: 'landmark_localizer',
     STATE: 'state_estimator',
     CMD_VEL: 'goal_reaching_controller',
+    RECORDED: 'recorder',
 }
 
 
@@ -44,10 +47,13 @@ class LockstepClock:
 
     The first tick waits until every topic of the loop has both ends. Silence of one second makes
     the last tick be sent again; after the time limit the node that does not answer is named.
+    A run that is recorded waits for the recorder's `/_recorded` too, so that nothing is lost; a
+    recorder that has gone is not waited for.
 
     Args:
         node: The node whose executor serves the timer.
         timeout_s: Wall seconds until a silent node is named.
+        recorded: Whether a recorder belongs to the run.
         tick: Advances and publishes; returns the new stamp, nanoseconds.
         repeat: Sends the last tick again.
     """
@@ -57,6 +63,7 @@ class LockstepClock:
         node: Node,
         *,
         timeout_s: float,
+        recorded: bool,
         tick: Callable[[], int],
         repeat: Callable[[], None],
     ) -> None:
@@ -65,6 +72,7 @@ class LockstepClock:
         self._timeout_s = timeout_s
         self._tick = tick
         self._repeat = repeat
+        self._answers = {CMD_VEL, HEAD_COMMAND} | ({RECORDED} if recorded else set())
         self._stamp_ns: int | None = None
         self._missing: set[str] = set()
         self._heard: dict[str, int] = {}
@@ -72,6 +80,8 @@ class LockstepClock:
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
+        if recorded:
+            node.create_subscription(Header, RECORDED, self._on_recorded, RELIABLE_QOS)
         node.create_timer(_POLL_S, self._on_timer, clock=steady)
 
     @property
@@ -98,12 +108,13 @@ class LockstepClock:
             self._step()
 
     def _step(self) -> None:
-        self._missing = {CMD_VEL, HEAD_COMMAND}
+        self._missing = set(self._answers)
         self._ticked_s = self._named_s = time.monotonic()
         self._stamp_ns = self._tick()
 
     def _on_timer(self) -> None:
         now_s = time.monotonic()
+        self._forget_recorder()
         if self._stamp_ns is None:
             self._await_graph(now_s)
         elif not self._paused and now_s - self._ticked_s > _REPEAT_S:
@@ -113,7 +124,8 @@ class LockstepClock:
                 self._name_silent(now_s)
 
     def _await_graph(self, now_s: float) -> None:
-        silent = [t for t in _SPOKEN if not self._node.count_publishers(t)]
+        spoken = {*_SPOKEN, *self._answers}
+        silent = [t for t in spoken if not self._node.count_publishers(t)]
         deaf = [t for t in _HEARD if not self._node.count_subscribers(t)]
         if silent or deaf:
             self._changed_s = now_s
@@ -123,6 +135,18 @@ class LockstepClock:
                 self._node.get_logger().warning(f'lockstep waits for {who}')
         elif now_s - self._changed_s > _SETTLE_S and not self._paused:
             self._step()
+
+    def _on_recorded(self, message: Header) -> None:
+        if self.accepts(RECORDED, stamp_from_msg(message.stamp)):
+            self.answered(RECORDED)
+
+    def _forget_recorder(self) -> None:
+        """Go on without a recorder that has gone."""
+        waited = self._stamp_ns is not None and RECORDED in self._missing
+        if waited and not self._node.count_publishers(RECORDED):
+            self._node.get_logger().warning('the recorder has gone; the run goes on without it')
+            self._answers.discard(RECORDED)
+            self.answered(RECORDED)
 
     def _listen(self) -> None:
         """Follow the chain between image and command, only once there is silence."""
@@ -142,15 +166,13 @@ class LockstepClock:
 
     def _name_silent(self, now_s: float) -> None:
         self._named_s = now_s
-        silent = CMD_VEL
-        for topic in (HEAD_COMMAND, POSE, STATE):
-            if (
-                topic in self._missing
-                if topic == HEAD_COMMAND
-                else (self._heard.get(topic) != self._stamp_ns)
-            ):
-                silent = topic
-                break
+        if self._missing == {RECORDED}:
+            silent = RECORDED
+        elif HEAD_COMMAND in self._missing:
+            silent = HEAD_COMMAND
+        else:
+            chain = [t for t in (POSE, STATE) if self._heard.get(t) != self._stamp_ns]
+            silent = chain[0] if chain else CMD_VEL
         waited_s = now_s - self._ticked_s
         self._node.get_logger().error(
             f'{_ANSWER_OF[silent]} did not answer on {silent} for {waited_s:.0f} s'

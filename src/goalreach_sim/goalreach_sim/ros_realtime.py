@@ -8,10 +8,13 @@ import time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from goalreach_msgs_py.topics import RECORDED
+
 __all__ = ['RealtimeClock']
 
 _LATE_TICKS = 5
 _REPORT_S = 5.0
+_SETTLE_S = 0.3
 
 
 class RealtimeClock:
@@ -25,10 +28,17 @@ class RealtimeClock:
         period_s: Simulated time between ticks.
         speed: Simulated seconds per wall second.
         tick: What to do.
+        recorded: Whether to wait for a recorder, until it is there.
     """
 
     def __init__(
-        self, node: Node, *, period_s: float, speed: float, tick: Callable[[], object]
+        self,
+        node: Node,
+        *,
+        period_s: float,
+        speed: float,
+        tick: Callable[[], object],
+        recorded: bool,
     ) -> None:
         """Start the timer."""
         self._node = node
@@ -37,6 +47,8 @@ class RealtimeClock:
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = None
         self.paused = False
+        self._awaits_recorder = recorded
+        self._absent_s = time.monotonic()
         self.set_speed(speed)
 
     def set_speed(self, speed: float) -> None:
@@ -53,7 +65,7 @@ class RealtimeClock:
         self._ticks = self._given_up = 0
 
     def _on_timer(self) -> None:
-        if self.paused:
+        if self.paused or self._waits():
             self._restart()
             return
         now_s = time.monotonic()
@@ -68,6 +80,14 @@ class RealtimeClock:
             self._due_s += self._interval_s
         if now_s - self._reported_s >= _REPORT_S:
             self._report(now_s)
+
+    def _waits(self) -> bool:
+        if self._awaits_recorder:
+            now_s = time.monotonic()
+            if not self._node.count_publishers(RECORDED):
+                self._absent_s = now_s
+            self._awaits_recorder = now_s - self._absent_s < _SETTLE_S
+        return self._awaits_recorder
 
     def _report(self, now_s: float) -> None:
         if self._given_up:

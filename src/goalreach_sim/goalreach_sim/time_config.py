@@ -30,6 +30,10 @@ class TimeConfig:
         minimum=0.1,
         maximum=3600.0,
     )
+    recorded: bool = parameter(
+        False,
+        'Whether a recorder belongs to the run: the first tick waits for it, and each in lockstep',
+    )
 
     def __post_init__(self) -> None:
         """Check every field."""
