@@ -179,7 +179,7 @@ def _study(arena: Arena, config: LearningConfig, seeds: int, seed: int) -> _Stud
 
 
 def _settled_after(reached: Sequence[bool]) -> int:
-    """Return the trial from which on it was reached after every one; one past the last if never."""
+    """Return the trial from which on it was reached after each; one past the last if never."""
     lost = [trial for trial, good in enumerate(reached) if not good]
     return 1 if not lost else lost[-1] + 2
 
