@@ -234,3 +234,15 @@ def test_perfect_encoders_tell_the_truth_and_walls_hold(
         drive(robot, [command], 3)
         assert robot.walls.clearance_m(robot.x_m, robot.y_m) >= 0.0
         assert numbers(robot.odometry) == pytest.approx(numbers(robot.truth), abs=1e-8)
+
+
+def test_sliding_along_a_wall_into_a_corner_keeps_its_speed_until_there() -> None:
+    # Against the wall at x = 0 and heading off it by less than what counts, towards y = 0.
+    robot = make_robot(0.25, 2.0, -math.pi / 2 - 1e-14)
+    robot.drive(twist(0.5))
+    for _ in range(200):
+        robot.advance(0.02)
+        if robot.y_m > 0.25 + 1e-9 and robot.translation.position > 0.2:
+            assert robot.translation.velocity == 0.5
+    assert robot.y_m == pytest.approx(0.25, abs=1e-12)
+    assert robot.translation.position == pytest.approx(1.75, abs=1e-9)

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 
-__all__ = ['Axis']
+__all__ = ['DONE_S', 'Axis']
 
 _Piece = tuple[float, float, float]
 """Duration (s), acceleration, velocity at the end."""
 
-_DONE_S = 1e-12
+DONE_S = 1e-12
 """A piece with less than this left is over: rounding of sums of steps."""
 
 
@@ -113,7 +113,7 @@ class Axis:
         duration_s, acceleration, end_velocity = self._plan[-1]
         self.position += (self.velocity + 0.5 * acceleration * dt_s) * dt_s
         left_s = duration_s - dt_s
-        if left_s > _DONE_S:
+        if left_s > DONE_S:
             self.velocity += acceleration * dt_s
             self._plan[-1] = (left_s, acceleration, end_velocity)
             return
@@ -126,7 +126,7 @@ class Axis:
         """Go on for any time."""
         if self.velocity == 0.0 and not self._plan:
             return
-        while dt_s > _DONE_S:
+        while dt_s > DONE_S:
             step_s = min(dt_s, self.piece_s)
             self.advance_piece(step_s)
             dt_s -= step_s
@@ -165,4 +165,4 @@ def _trapezoid(
         pieces.append(((peak - velocity) / acceleration, sign * acceleration, sign * peak))
         pieces.append(((distance - ramps) / peak, 0.0, sign * peak))
         pieces.append((peak / acceleration, -sign * acceleration, 0.0))
-    return [piece for piece in reversed(pieces) if piece[0] > _DONE_S]
+    return [piece for piece in reversed(pieces) if piece[0] > DONE_S]

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 import math
 
-__all__ = ['TOUCH_M', 'Walls', 'first_crossing']
+__all__ = ['BISECTIONS', 'GRAZE', 'TOUCH_M', 'Walls', 'first_crossing']
 
 TOUCH_M = 1e-12
 """A gap of no more than this is contact; chosen, a thousand times the rounding of a coordinate."""
 
-_GRAZE = 1e-13
+GRAZE = 1e-13
 """A motion whose component into the wall is smaller runs along it; chosen."""
 
-_BISECTIONS = 60
+BISECTIONS = 60
 
 
 class Walls:
@@ -32,17 +32,36 @@ class Walls:
 
     def clearance_m(self, x_m: float, y_m: float) -> float:
         """Return the gap between body and nearest wall, negative where they overlap."""
-        return min(
-            x_m - self.low_x_m, self.high_x_m - x_m, y_m - self.low_y_m, self.high_y_m - y_m
+        return min(self.gaps_m(x_m, y_m))
+
+    def gaps_m(self, x_m: float, y_m: float) -> tuple[float, float, float, float]:
+        """Return the gap to each wall: of small x, large x, small y, large y."""
+        return (
+            x_m - self.low_x_m,
+            self.high_x_m - x_m,
+            y_m - self.low_y_m,
+            self.high_y_m - y_m,
         )
+
+    def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
+        """Return the walls, in the order of `gaps_m`, that the body is beyond.
+
+        A wall that is passed by less than rounding is one along which the robot slides.
+        """
+        return tuple(i for i, gap_m in enumerate(self.gaps_m(x_m, y_m)) if gap_m < -TOUCH_M)
+
+    def gap_m(self, walls: tuple[int, ...], x_m: float, y_m: float) -> float:
+        """Return the smallest gap to some of the walls."""
+        gaps_m = self.gaps_m(x_m, y_m)
+        return min(gaps_m[wall] for wall in walls)
 
     def blocks(self, x_m: float, y_m: float, direction_x: float, direction_y: float) -> bool:
         """Return whether a touched wall stops motion in a direction (a unit vector)."""
         return (
-            (direction_x < -_GRAZE and x_m - self.low_x_m <= TOUCH_M)
-            or (direction_x > _GRAZE and self.high_x_m - x_m <= TOUCH_M)
-            or (direction_y < -_GRAZE and y_m - self.low_y_m <= TOUCH_M)
-            or (direction_y > _GRAZE and self.high_y_m - y_m <= TOUCH_M)
+            (direction_x < -GRAZE and x_m - self.low_x_m <= TOUCH_M)
+            or (direction_x > GRAZE and self.high_x_m - x_m <= TOUCH_M)
+            or (direction_y < -GRAZE and y_m - self.low_y_m <= TOUCH_M)
+            or (direction_y > GRAZE and self.high_y_m - y_m <= TOUCH_M)
         )
 
     def touch_directions_rad(self, x_m: float, y_m: float) -> tuple[float, ...]:
@@ -74,7 +93,7 @@ def first_crossing(gap_m: Callable[[float], float], end_s: float) -> float:
         A time at which the gap is not negative, within rounding of the crossing.
     """
     low_s, high_s = 0.0, end_s
-    for _ in range(_BISECTIONS):
+    for _ in range(BISECTIONS):
         middle_s = 0.5 * (low_s + high_s)
         if gap_m(middle_s) < 0.0:
             high_s = middle_s

@@ -12,7 +12,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-__all__ = ['Motion', 'displacement', 'quarter_turn_time']
+__all__ = [
+    'GAUSS_NODES',
+    'PANEL_RAD',
+    'SOON_S',
+    'Motion',
+    'displacement',
+    'quarter_turn_time',
+]
 
 # Abscissae and weights on [-1, 1]; Abramowitz and Stegun, table 25.4.
 _ROOT = 2.0 * math.sqrt(10.0 / 7.0)
@@ -20,7 +27,7 @@ _INNER, _OUTER = math.sqrt(5.0 - _ROOT) / 3.0, math.sqrt(5.0 + _ROOT) / 3.0
 _INNER_WEIGHT = (322.0 + 13.0 * math.sqrt(70.0)) / 900.0
 _OUTER_WEIGHT = (322.0 - 13.0 * math.sqrt(70.0)) / 900.0
 # The same on [0, 1].
-_NODES = tuple(
+GAUSS_NODES = tuple(
     (0.5 + 0.5 * x, 0.5 * w)
     for x, w in (
         (-_OUTER, _OUTER_WEIGHT),
@@ -31,9 +38,9 @@ _NODES = tuple(
     )
 )
 
-_PANEL_RAD = 0.25
+PANEL_RAD = 0.25
 _QUARTER_RAD = math.pi / 2.0
-_SOON_S = 1e-12
+SOON_S = 1e-12
 """A crossing nearer than this lies at the start of the piece itself."""
 
 
@@ -62,11 +69,11 @@ def displacement(motion: Motion, dt_s: float) -> tuple[float, float]:
         distance_m = (speed_m_per_s + 0.5 * acceleration_m_per_s2 * dt_s) * dt_s
         return distance_m * math.cos(heading_rad), distance_m * math.sin(heading_rad)
     turn_rad = (abs(turn_rad_per_s) + abs(turn_rad_per_s2) * dt_s) * dt_s
-    panels = math.ceil(turn_rad / _PANEL_RAD) or 1
+    panels = math.ceil(turn_rad / PANEL_RAD) or 1
     panel_s = dt_s / panels
     x_m = y_m = 0.0
     for panel in range(panels):
-        for node, weight in _NODES:
+        for node, weight in GAUSS_NODES:
             t = (panel + node) * panel_s
             angle = heading_rad + (turn_rad_per_s + 0.5 * turn_rad_per_s2 * t) * t
             step_m = weight * (speed_m_per_s + acceleration_m_per_s2 * t)
@@ -88,7 +95,7 @@ def quarter_turn_time(motion: Motion, limit_s: float) -> float:
     for quarter in (nearest - 1, nearest, nearest + 1):
         offset_rad = heading_rad - quarter * _QUARTER_RAD
         for root_s in _roots(0.5 * turn_rad_per_s2, turn_rad_per_s, offset_rad):
-            if _SOON_S < root_s < earliest_s:
+            if SOON_S < root_s < earliest_s:
                 earliest_s = root_s
     return earliest_s
 

@@ -24,9 +24,9 @@ from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.odometry import WheelOdometry
 from goalreach_sim.path_integral import Motion, displacement, quarter_turn_time
 
-__all__ = ['Robot']
+__all__ = ['NOTHING_S', 'Robot']
 
-_NOTHING_S = 1e-12
+NOTHING_S = 1e-12
 """Less time than this is none: rounding of sums of steps."""
 
 
@@ -156,12 +156,12 @@ class Robot:
     def advance(self, dt_s: float) -> None:
         """Let time pass."""
         left_s = dt_s
-        while left_s > _NOTHING_S:
+        while left_s > NOTHING_S:
             step_s = self._advance_piece(min(left_s, self._watchdog_left_s))
             self.turret.advance(step_s)
             left_s -= step_s
             self._watchdog_left_s -= step_s
-            if self._watchdog_left_s <= _NOTHING_S:
+            if self._watchdog_left_s <= NOTHING_S:
                 self._watchdog_left_s = math.inf
                 self.stop()
 
@@ -185,13 +185,14 @@ class Robot:
         motion = self._true_motion()
         step_s = quarter_turn_time(motion, step_s)
         if not self._is_blocked(motion, step_s):
-            if self.walls.clearance_m(*self._position(motion, step_s)) >= -TOUCH_M:
+            passed = self.walls.passed(*self._position(motion, step_s))
+            if not passed:
                 self._roll(step_s)
                 return step_s
             touch_s = first_crossing(
-                lambda t: self.walls.clearance_m(*self._position(motion, t)), step_s
+                lambda t: self.walls.gap_m(passed, *self._position(motion, t)), step_s
             )
-            if touch_s > _NOTHING_S:
+            if touch_s > NOTHING_S:
                 self._roll(touch_s)
                 self.translation.stall()
                 return touch_s
