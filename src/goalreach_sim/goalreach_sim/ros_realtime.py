@@ -9,11 +9,10 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from goalreach_msgs_py.topics import RECORDED
+from goalreach_sim.pacing import Pacer
 
 __all__ = ['RealtimeClock']
 
-_LATE_TICKS = 5
-_REPORT_S = 5.0
 _SETTLE_S = 0.3
 
 
@@ -46,54 +45,54 @@ class RealtimeClock:
         self._tick = tick
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = None
-        self.paused = False
+        self._paused = False
         self._awaits_recorder = recorded
         self._absent_s = time.monotonic()
         self.set_speed(speed)
+
+    @property
+    def paused(self) -> bool:
+        """Whether ticks are withheld."""
+        return self._paused
+
+    @paused.setter
+    def paused(self, value: bool) -> None:
+        self._paused = value
+        self._restart(self._pacer.speed)
 
     def set_speed(self, speed: float) -> None:
         """Go on at another speed."""
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
-        self._speed = speed
-        self._interval_s = self._period_s / speed
-        self._restart()
-        self._timer = self._node.create_timer(self._interval_s, self._on_timer, clock=self._steady)
+        self._restart(speed)
+        self._timer = self._node.create_timer(
+            self._pacer.interval_s, self._on_timer, clock=self._steady
+        )
 
-    def _restart(self) -> None:
-        self._due_s = self._reported_s = time.monotonic()
-        self._ticks = self._given_up = 0
+    def _restart(self, speed: float) -> None:
+        self._pacer = Pacer(period_s=self._period_s, speed=speed, now_s=time.monotonic())
+
+    def _look_for_recorder(self) -> None:
+        now_s = time.monotonic()
+        if not self._node.count_publishers(RECORDED):
+            self._absent_s = now_s
+        if now_s - self._absent_s >= _SETTLE_S:
+            self._awaits_recorder = False
+            self._restart(self._pacer.speed)
 
     def _on_timer(self) -> None:
-        if self.paused or self._waits():
-            self._restart()
+        if self._paused:
             return
-        now_s = time.monotonic()
-        late = int((now_s - self._due_s) / self._interval_s) + 1
-        if late > _LATE_TICKS:
-            self._given_up += late - 1
-            self._due_s += (late - 1) * self._interval_s
-            late = 1
-        for _ in range(late):
-            self._tick()
-            self._ticks += 1
-            self._due_s += self._interval_s
-        if now_s - self._reported_s >= _REPORT_S:
-            self._report(now_s)
-
-    def _waits(self) -> bool:
         if self._awaits_recorder:
-            now_s = time.monotonic()
-            if not self._node.count_publishers(RECORDED):
-                self._absent_s = now_s
-            self._awaits_recorder = now_s - self._absent_s < _SETTLE_S
-        return self._awaits_recorder
+            self._look_for_recorder()
+            return
+        for _ in range(self._pacer.ticks_due(time.monotonic())):
+            self._tick()
+        self._report()
 
-    def _report(self, now_s: float) -> None:
-        if self._given_up:
-            real = self._ticks * self._period_s / (now_s - self._reported_s)
+    def _report(self) -> None:
+        real_speed = self._pacer.shortfall(time.monotonic())
+        if real_speed is not None:
             self._node.get_logger().warning(
-                f'too slow: {real:.2f} times real time instead of {self._speed:g}'
+                f'too slow: {real_speed:.3g} times real time instead of {self._pacer.speed:g}'
             )
-        self._ticks = self._given_up = 0
-        self._reported_s = now_s

@@ -1,0 +1,70 @@
+"""Which ticks are due on a clock that follows another, and how far it falls behind."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ['Pacer']
+
+_BURST = 5
+"""Most ticks in a row: commands must get through in between; chosen."""
+
+_LATE_S = 0.25
+"""Lateness that is still made up for, such as a short stall of the machine, s; chosen."""
+
+_REPORT_S = 5.0
+"""Time over which the real speed is measured, s; chosen."""
+
+
+class Pacer:
+    """Says at a time how many ticks are due.
+
+    A short delay is made up for, a few ticks at a time. What is later than that is given up
+    rather than piled up, and counts as shortfall. It reads no clock: the time is an argument.
+
+    Args:
+        period_s: Simulated time between ticks.
+        speed: Simulated seconds per second.
+        now_s: The time now.
+    """
+
+    def __init__(self, *, period_s: float, speed: float, now_s: float) -> None:
+        self.speed = speed
+        self.interval_s = period_s / speed
+        self._period_s = period_s
+        self._due_s = self._reported_s = now_s
+        self._ticks = self._given_up = 0
+
+    def ticks_due(self, now_s: float) -> int:
+        """Return how many ticks are to be done now.
+
+        Args:
+            now_s: The time now; never before the last.
+        """
+        behind_s = now_s - self._due_s
+        if behind_s < 0.0:
+            return 0
+        count = math.floor(behind_s / self.interval_s) + 1
+        if behind_s > max(_LATE_S, _BURST * self.interval_s):
+            self._given_up += count - 1
+            self._due_s += (count - 1) * self.interval_s
+            count = 1
+        count = min(count, _BURST)
+        self._ticks += count
+        self._due_s += count * self.interval_s
+        return count
+
+    def shortfall(self, now_s: float) -> float | None:
+        """Return at which speed the clock really ran, once in 5 s where it fell behind.
+
+        Args:
+            now_s: The time now.
+        """
+        passed_s = now_s - self._reported_s
+        if passed_s < _REPORT_S:
+            return None
+        real_speed = self._ticks * self._period_s / passed_s
+        fell_behind = self._given_up > 0
+        self._reported_s = now_s
+        self._ticks = self._given_up = 0
+        return real_speed if fell_behind else None
