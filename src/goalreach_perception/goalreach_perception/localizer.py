@@ -144,14 +144,11 @@ class LandmarkLocalizer:
             )
             if jumped:
                 self._acquisition.clear()
-                self._lose('odometry jumped')
+                self._counts['lost'] += 1
+                self._watch.lose('odometry jumped')
             else:
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
-
-    def _lose(self, reason: str) -> None:
-        self._counts['lost'] += 1
-        self._watch.lose(reason)
 
     def _follow(self, image: Image, joints: HeadAngles, optics: Optics) -> SeenLeds:
         """Correct the filter by the LEDs that are where they should be."""
@@ -219,7 +216,7 @@ class LandmarkLocalizer:
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
         self._start(pose, _START_COVARIANCE, sure=len(seen.leds) >= _TRIPLE)
-        prediction = self._filter.expect(optics.lens, joints)
+        prediction = self._filter.expect(optics.lens, joints, solved=True)
         self._filter.correct(prediction, *seen.measured)
 
     def _answer(

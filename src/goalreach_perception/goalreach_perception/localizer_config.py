@@ -13,8 +13,8 @@ from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.units import deg, inches
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig
+from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.head_config import HeadConfig
-from goalreach_perception.pose_filter import FilterConfig
 from goalreach_perception.pose_watch import WatchConfig
 from goalreach_perception.spots import DetectionConfig
 

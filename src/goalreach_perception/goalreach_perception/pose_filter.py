@@ -6,11 +6,16 @@ per image, so their noise is common to its LEDs. The state vector is that of
 are estimated; without it they are considered (Schmidt, "Application of state-space methods to
 navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
 pose are kept, so the covariance is honest in both cases.
+
+No image can tell whether robot and LEDs are all turned or shifted together. A plain extended
+filter believes that it can, because it takes derivatives of one thing at different places. Here
+LEDs are always linearized where they were surveyed, and the step from image to image between the
+places at which the images were linearized: "first-estimates Jacobians" (Huang, Mourikis and
+Roumeliotis, "Observability-based Rules for Designing Consistent EKF SLAM Estimators", IJRR 2010).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -19,9 +24,8 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.camera import optical_rotation
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import deg
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.measurement_model import (
     DRIFT,
     FOCAL,
@@ -38,35 +42,7 @@ from goalreach_perception.measurement_model import (
 )
 from goalreach_perception.prediction import Prediction, innovate
 
-__all__ = ['FilterConfig', 'PoseFilter']
-
-
-@dataclass(frozen=True, kw_only=True)
-class FilterConfig:
-    """Process noise and gates of the filter."""
-
-    slip_m_per_sqrt_m: float = parameter(
-        0.001,
-        'Random part of the odometry, m per square root of a metre (1 sigma; chosen)',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    heading_walk_rad_per_sqrt_m: float = parameter(
-        deg(0.02),
-        'Random part of the heading, rad per square root of a metre (1 sigma; chosen)',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    led_gate: float = parameter(
-        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', minimum=1.0
-    )
-    joint_gate: float = parameter(
-        32.0, 'Largest squared distance of all LEDs of an image together (p = 2e-5)', minimum=1.0
-    )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
+__all__ = ['PoseFilter']
 
 
 class PoseFilter:
@@ -101,6 +77,8 @@ class PoseFilter:
         self._derivatives = offset_derivatives(len(leds_m))
         self._identity = np.eye(size)
         self._transition = np.eye(size)
+        self._surveyed_m = leds_m
+        self._linearized_at_m = (0.0, 0.0)
         self.mean = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
         sigmas = np.zeros(size)
@@ -153,6 +131,7 @@ class PoseFilter:
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
         """
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
+        self._linearized_at_m = (pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = covariance
@@ -179,7 +158,9 @@ class PoseFilter:
         if distance == 0.0:
             return
         matrix = self._transition
-        matrix[0, HEADING], matrix[1, HEADING] = -(1.0 + scale) * north, (1.0 + scale) * east
+        x_m, y_m, _ = self.mean[:3].tolist()
+        matrix[0, HEADING] = self._linearized_at_m[1] - y_m
+        matrix[1, HEADING] = x_m - self._linearized_at_m[0]
         matrix[0, SCALE], matrix[1, SCALE] = east, north
         matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
         matrix[2, DRIFT] = distance
@@ -190,22 +171,36 @@ class PoseFilter:
         covariance[2, 2] += self._config.heading_walk_rad_per_sqrt_m**2 * distance
         self.covariance = covariance
 
-    def expect(self, lens: Lens, joints: HeadAngles) -> Prediction:
+    def expect(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Return where the LEDs should be.
+
+        Pixels are bent functions of the position: with an uncertainty s of it and an LED at depth
+        Z, what the derivative leaves out is of the order f s^2 / (2 Z^2). It is counted as noise
+        (a second-order filter in its simplest form), or an uncertain pose would be overconfident
+        after a few images of a fraction of a pixel.
 
         Args:
             lens: The nominal lens.
             joints: Encoder readings of the head.
+            solved: Whether the pose was just solved for this very image: nothing is left out
+                then.
         """
-        _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
+        x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         rotation = optical_rotation(azimuth, joints.tilt_rad + tilt_bias)
-        offsets_m = self.led_offsets_m
-        projection = project(offsets_m, rotation, lens.scaled(focal))
-        jacobian = state_jacobian(projection, offsets_m, self._derivatives)
+        self._linearized_at_m = (x_m, y_m)
+        true_lens = lens.scaled(focal)
+        projection = project(self.led_offsets_m, rotation, true_lens)
+        surveyed_m = self._surveyed_m - np.array([x_m, y_m, self.camera_height_m])
+        at_survey = project(surveyed_m, rotation, true_lens) if self._calibrate else projection
+        jacobian = state_jacobian(at_survey, surveyed_m, self._derivatives)
         cross = self.covariance @ jacobian.T
         encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
         noise = encoders @ encoders.T
+        if not solved:
+            spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
+            bent_px = 0.5 * float(lens.focal_px[0]) * spread_m2 / projection.depth_m**2
+            noise.flat[:: len(noise) + 1] += np.repeat(bent_px * bent_px, 2)
         return Prediction(
             projection.pixels_px,
             projection.depth_m,
