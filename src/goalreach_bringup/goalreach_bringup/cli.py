@@ -22,12 +22,12 @@ COMMANDS: Final = (
     'evaluate',
     'record',
     'replay',
+    'bag',
     'figures',
     'dashboard',
     'bench',
     'ros2',
 )
-_STATUS_MISTAKE = 2
 _STATUS_INTERRUPTED = 130
 _PROGRAM = 'goalreach'
 
@@ -39,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The command's name and its arguments, or None for the process's own.
 
     Returns:
-        The exit status: 0 for success, 2 for a mistake of the user, which is told in one line.
+        The exit status: 0 for success; a mistake of the user, told in one line, has the status
+        of its error, usually 2.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and given[0] in COMMANDS:
@@ -83,7 +84,7 @@ def _run_command(name: str, arguments: Sequence[str]) -> int:
         return int(command.execute(options))
     except GoalreachError as error:
         sys.stderr.write(f'{_PROGRAM} {name}: {error}\n')
-        return _STATUS_MISTAKE
+        return error.status
     except BrokenPipeError:
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

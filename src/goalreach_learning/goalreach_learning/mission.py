@@ -32,6 +32,9 @@ class MissionConfig:
     first_path: int = parameter(
         0, 'Number of the first path, where a learning goes on', minimum=0, maximum=1_000_000
     )
+    resume: bool = parameter(
+        False, 'Drive the first path from wherever the robot stands: it was placed already'
+    )
     seed: int = parameter(
         0, 'Seed of action selection while learning', minimum=0, maximum=2**31 - 1
     )
@@ -72,6 +75,8 @@ class PathOrder:
         if config.paths and path >= config.paths:
             return None
         starts = config.start_poses
+        if starts and config.resume and path == config.first_path:
+            return cls(path=path, trial=path // len(starts), start=None)
         if not starts:
             return cls(path=path, trial=path, start=None)
         return cls(path=path, trial=path // len(starts), start=starts[path % len(starts)])

@@ -6,7 +6,13 @@ __all__ = ['ConfigurationError', 'FileFormatError', 'GoalreachError']
 
 
 class GoalreachError(Exception):
-    """A mistake in what a user gave: its text is one clear line, shown without a traceback."""
+    """A mistake in what a user gave: its text is one clear line, shown without a traceback.
+
+    Attributes:
+        status: Exit status of a command that ends with it.
+    """
+
+    status = 2
 
 
 class ConfigurationError(GoalreachError):

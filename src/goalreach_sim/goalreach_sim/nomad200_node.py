@@ -91,16 +91,21 @@ class Nomad200Node(Node):
         self._placed = False
         self._simulator.advance()
         frame = self._simulator.sense()
-        self._frames.publish(frame)
+        stamp_ns = self._stamp_ns
+        self._frames.publish(frame, stamp_ns)
         self._diagnostics.tick(
-            frame.time_ns,
+            stamp_ns,
             'driving',
-            lambda: {'sim_time_s': frame.time_ns * 1e-9, 'bumpers': sum(frame.bumpers)},
+            lambda: {'sim_time_s': stamp_ns * 1e-9, 'bumpers': sum(frame.bumpers)},
         )
-        return frame.time_ns
+        return stamp_ns
+
+    @property
+    def _stamp_ns(self) -> int:
+        return self._time.value.start_time_ns + self._simulator.time_ns
 
     def _repeat(self) -> None:
-        self._frames.repeat(self._simulator.time_ns)
+        self._frames.repeat(self._stamp_ns)
 
     def _on_drive(self, message: TwistStamped) -> None:
         try:

@@ -66,9 +66,9 @@ class FramePublisher:
         self._truth = node.create_publisher(Odometry, GROUND_TRUTH, RELIABLE_QOS)
         self._transforms = TransformPublisher(node, [optical_transform()])
 
-    def publish(self, frame: SensorFrame) -> None:
+    def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
         """Send a frame; the image goes last, since all else is small."""
-        stamp_ns, send = frame.time_ns, self._outbox.send
+        send = self._outbox.send
         self._outbox.open(stamp_ns)
         send(self._clock, Clock(clock=stamp_to_msg(stamp_ns)))
         send(self._truth, odometry_to_msg(frame.truth, stamp_ns, frame_id=MAP_FRAME))

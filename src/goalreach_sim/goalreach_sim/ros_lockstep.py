@@ -144,7 +144,7 @@ class LockstepClock:
         """Go on without a recorder that has gone."""
         waited = self._stamp_ns is not None and RECORDED in self._missing
         if waited and not self._node.count_publishers(RECORDED):
-            self._node.get_logger().warning('the recorder has gone; the run goes on without it')
+            self._node.get_logger().info('the recorder has gone; the run goes on without it')
             self._answers.discard(RECORDED)
             self.answered(RECORDED)
 

@@ -24,6 +24,12 @@ class TimeConfig:
     seed: int = parameter(
         0, 'Seed of everything random in the simulation', minimum=0, maximum=2**31 - 1
     )
+    start_time_ns: int = parameter(
+        0,
+        'Time at which the clock starts, ns; after a restart the clock must not go back',
+        minimum=0,
+        maximum=2**62,
+    )
     answer_timeout_s: float = parameter(
         5.0,
         'Wall seconds after which a node that does not answer in lockstep is named',

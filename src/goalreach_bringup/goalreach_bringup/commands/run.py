@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from goalreach_bringup.arena_option import add_arena_option
+from goalreach_bringup.bags.storage import STORAGES
 from goalreach_bringup.commands.not_there_yet import refuse
 from goalreach_bringup.run.options import MODES, RunOptions, parse_start
 from goalreach_msgs_py.noise import NOISE_PRESETS
@@ -40,7 +41,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action='store_true',
         help='Q-learning over the live graph, into --policy; goes on where it was left',
     )
-    add('--record', type=Path, metavar='DIR', help='record a bag (not there yet)')
+    add('--record', type=Path, metavar='DIR', help='record every topic into a bag')
+    add('--storage', choices=STORAGES, default='mcap', help='storage format of the bag')
     add('--composed', action='store_true', help='all nodes in one process')
     add(
         '--dashboard',
@@ -61,9 +63,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     from goalreach_bringup.run.ros_session import RunSession
 
-    for name in ('record', 'dashboard'):
-        if getattr(arguments, name):
-            return refuse(f'run --{name}')
+    if arguments.dashboard:
+        return refuse('run --dashboard')
     return RunSession(_options(arguments)).execute()
 
 
@@ -84,4 +85,6 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
         params_file=arguments.params_file,
         summary=arguments.summary,
         quiet=arguments.quiet,
+        record=arguments.record,
+        storage=arguments.storage,
     )

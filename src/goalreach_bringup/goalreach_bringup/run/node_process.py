@@ -72,6 +72,13 @@ class NodeProcess:
         self._reader.join(timeout=_KILL_S)
         return self._last_line
 
+    def obituary(self) -> str:
+        """Return how the process ended, in a few words."""
+        status = self.status
+        if status is not None and status < 0:
+            return f'was ended by {signal.Signals(-status).name}'
+        return f'ended with status {status}: {self.last_words() or "nothing in its log"}'
+
     def signal(self, number: signal.Signals) -> None:
         """Send a signal, if it still runs."""
         if self.status is None:
@@ -89,7 +96,7 @@ class NodeProcess:
         stream: IO[str] | None = self._process.stdout
         if stream is None:
             return
-        with self.log_path.open('w', encoding='utf-8') as log:
+        with self.log_path.open('a', encoding='utf-8') as log:
             for line in stream:
                 log.write(line)
                 log.flush()

@@ -36,6 +36,8 @@ class RunOptions:
         params_file: Parameter file of the person, or None.
         summary: Where to write the summary, or None.
         quiet: Whether to leave out all but errors.
+        record: Bag to record, or None.
+        storage: Storage format of the bag.
     """
 
     seed: int
@@ -53,6 +55,8 @@ class RunOptions:
     params_file: Path | None
     summary: Path | None
     quiet: bool
+    record: Path | None = None
+    storage: str = 'mcap'
 
     def __post_init__(self) -> None:
         """Check what argparse cannot."""

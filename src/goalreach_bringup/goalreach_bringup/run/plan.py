@@ -126,7 +126,9 @@ def plan_parameters(
     defaults: NodeParameters = {
         ROBOT: {
             **flatten_config(robot),
-            **flatten_config(TimeConfig(seed=seeds.simulator)),
+            **flatten_config(
+                TimeConfig(seed=seeds.simulator, recorded=options.record is not None)
+            ),
             **regions,
         },
         LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),

@@ -10,7 +10,7 @@ from goalreach_bringup.path_metrics import PathMeter, PathResult
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2
 
-__all__ = ['Referee', 'Tick']
+__all__ = ['Progress', 'Referee', 'Tick']
 
 _PLACED_M = 0.01
 
@@ -30,6 +30,23 @@ class Tick:
     truth: Pose2
     estimate: Pose2 | None
     commanded_heading_rad: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """How far a run is: what a restarted node needs to go on.
+
+    Attributes:
+        path: Number of the running path.
+        on_the_way: Whether the robot has been placed for it.
+        last_ns: Last stamp judged.
+        truth: True pose at that stamp, or None before the first.
+    """
+
+    path: int
+    on_the_way: bool
+    last_ns: int
+    truth: Pose2 | None
 
 
 class Referee:
@@ -52,11 +69,24 @@ class Referee:
         self._ticks: dict[int, Tick] = {}
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
         self.last_ns = 0
+        self._truth: Pose2 | None = None
+
+    @property
+    def progress(self) -> Progress:
+        """How far the run is."""
+        return Progress(
+            path=self._path,
+            on_the_way=self._meter is not None or bool(self._ticks),
+            last_ns=self.last_ns,
+            truth=self._truth,
+        )
 
     def add_tick(self, tick: Tick) -> list[PathResult]:
-        """Add a tick; return the paths that it completes."""
+        """Add a tick; return the paths that it completes. One that was there is left out."""
+        if tick.time_ns <= self.last_ns:
+            return []
         self._ticks[tick.time_ns] = tick
-        self.last_ns = max(self.last_ns, tick.time_ns)
+        self.last_ns, self._truth = tick.time_ns, tick.truth
         return self._judge()
 
     def add_outcome(self, time_ns: int, path: int, outcome: PathOutcome) -> list[PathResult]:

@@ -1,22 +1,25 @@
-"""Brings the graph up, follows it, and takes it down."""
+"""Brings the graph up, watches over it, and takes it down."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 import os
 from pathlib import Path
+import signal
 import sys
 import time
-from typing import Final
+from typing import Any, Final
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 
+from goalreach_bringup.parameter_file import NodeParameters, write_parameters
+from goalreach_bringup.run.backoff import Backoff
 from goalreach_bringup.run.environment import graph_environment
 from goalreach_bringup.run.node_process import NodeProcess, stop_all
 from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
+from goalreach_bringup.run.ros_monitor import RunMonitor
+from goalreach_bringup.run.ros_pulse import Pulse
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['Graph', 'NodeDiedError']
@@ -29,85 +32,139 @@ _MODULES: Final = {
 }
 _COMPOSED: Final = {'composed': 'goalreach_bringup.run.ros_composed'}
 _SPIN_S = 0.1
+_BAD_CONFIGURATION = 2
 
 
 class NodeDiedError(GoalreachError):
-    """A node's process ended while the run still needed it."""
+    """A process of the graph cannot be kept alive."""
+
+    status = 1
 
 
-@dataclass
 class Graph:
     """The processes of a running graph.
 
-    Attributes:
-        parameters_path: The parameter file that every node gets.
-        directory: Where the logs go.
+    A process that dies or no longer answers is named, ended and started again, where it left
+    off, after a wait that doubles with each death; one that keeps dying ends the run.
+
+    Args:
+        parameters: Parameters of every node.
+        directory: Where parameter files and logs go.
         composed: Whether all nodes share one process.
-        tell: Called with one line for the screen when a node is up or complains.
+        resume: Gives the parameters that make a restarted process go on, by node.
+        tell: Called with one line for the screen when a node is up.
         warn: Called with one line of trouble.
     """
 
-    parameters_path: Path
-    directory: Path
-    composed: bool
-    tell: Callable[[str], None]
-    warn: Callable[[str], None]
-    _processes: list[NodeProcess] = field(default_factory=list)
-    _started_s: float = 0.0
-    _missing: set[str] = field(default_factory=set)
+    def __init__(
+        self,
+        *,
+        parameters: NodeParameters,
+        directory: Path,
+        composed: bool,
+        resume: Callable[[], Mapping[str, dict[str, Any]]],
+        tell: Callable[[str], None],
+        warn: Callable[[str], None],
+    ) -> None:
+        """Prepare; nothing is started yet."""
+        self._parameters = parameters
+        self._directory = directory
+        self._modules = _COMPOSED if composed else _MODULES
+        self._resume = resume
+        self._tell = tell
+        self._warn = warn
+        self._environment: dict[str, str] = {}
+        self._processes: dict[str, NodeProcess] = {}
+        self._backoffs = {name: Backoff() for name in self._modules}
+        self._restart_at_s: dict[str, float] = {}
+        self._missing = set(NODES)
+        self._started_s = 0.0
 
     def start(self) -> None:
-        """Start the processes and become a ROS process with the same environment."""
-        environment = graph_environment(os.environ, self.directory)
-        os.environ.update(environment)
+        """Start the processes and give this process the same ROS environment."""
+        self._environment = graph_environment(os.environ, self._directory)
+        os.environ.update(self._environment)
         self._started_s = time.monotonic()
-        self._missing = set(NODES)
-        modules = _COMPOSED if self.composed else _MODULES
-        for name, module in modules.items():
-            command = [sys.executable, '-m', module, '--ros-args']
-            command += ['--params-file', str(self.parameters_path)]
-            self._processes.append(
-                NodeProcess(
-                    name,
-                    command,
-                    environment=environment,
-                    log_path=self.directory / f'{name}.log',
-                    tell=self.warn,
-                )
-            )
+        write_parameters(self._directory / 'parameters.yaml', self._parameters)
+        for name in self._modules:
+            self._launch(name, self._directory / 'parameters.yaml')
 
-    def follow(self, monitor: Node, finished: Callable[[], bool]) -> None:
-        """Serve the monitor until the work is finished.
+    def _launch(self, name: str, parameters_path: Path) -> None:
+        command = [sys.executable, '-m', self._modules[name], '--ros-args']
+        self._processes[name] = NodeProcess(
+            name,
+            [*command, '--params-file', str(parameters_path)],
+            environment=self._environment,
+            log_path=self._directory / f'{name}.log',
+            tell=self._warn,
+        )
+
+    def follow(self, monitor: RunMonitor, finished: Callable[[], bool]) -> None:
+        """Serve the monitor and watch over the processes until the work is finished.
 
         Raises:
-            NodeDiedError: A process ended before.
+            NodeDiedError: A process could not be kept alive.
         """
+        pulses = {name: Pulse(monitor, self._node_of(name)) for name in self._modules}
         executor = SingleThreadedExecutor()
         executor.add_node(monitor)
         try:
             while rclpy.ok() and not finished():
                 executor.spin_once(timeout_sec=_SPIN_S)
-                self._note_arrivals(monitor)
-                self._require_alive()
+                now_s = time.monotonic()
+                self._note_arrivals(monitor, now_s)
+                for name, pulse in pulses.items():
+                    self._watch(name, pulse, now_s)
         finally:
             executor.shutdown()
 
-    def _note_arrivals(self, monitor: Node) -> None:
+    @staticmethod
+    def _node_of(process: str) -> str:
+        """Return the node whose answer stands for a process."""
+        return process if process in NODES else ROBOT
+
+    def _note_arrivals(self, monitor: RunMonitor, now_s: float) -> None:
         if not self._missing:
             return
         for name in sorted(self._missing.intersection(monitor.get_node_names())):
             self._missing.discard(name)
-            self.tell(f'{name} is up ({time.monotonic() - self._started_s:.1f} s)')
+            self._tell(f'{name} is up ({now_s - self._started_s:.1f} s)')
 
-    def _require_alive(self) -> None:
-        for process in self._processes:
-            if process.status is not None:
-                words = process.last_words() or 'nothing in its log'
-                line = f'{process.name} ended with status {process.status}: {words}'
-                raise NodeDiedError(f'{line} (log: {process.log_path})')
+    def _watch(self, name: str, pulse: Pulse, now_s: float) -> None:
+        if name in self._restart_at_s:
+            if now_s >= self._restart_at_s[name]:
+                del self._restart_at_s[name]
+                self._restart(name, pulse)
+            return
+        process = self._processes[name]
+        if process.status is not None:
+            if process.status == _BAD_CONFIGURATION:
+                raise NodeDiedError(process.last_words())
+            self._lost(name, process.obituary(), now_s)
+        elif pulse.silent(now_s):
+            process.signal(signal.SIGKILL)
+            process.wait(1.0)
+            self._lost(name, f'did not answer for {pulse.limit_s:.0f} s and was ended', now_s)
+
+    def _lost(self, name: str, reason: str, now_s: float) -> None:
+        delay_s = self._backoffs[name].died(now_s)
+        line = f'{name}: error: {reason}'
+        if delay_s is None:
+            raise NodeDiedError(f'{line}; it keeps dying (log: {self._processes[name].log_path})')
+        self._warn(f'{line}; starting it again in {delay_s:g} s')
+        self._restart_at_s[name] = now_s + delay_s
+
+    def _restart(self, name: str, pulse: Pulse) -> None:
+        changes = self._resume()
+        nodes = [name] if name in NODES else list(NODES)
+        parameters = {node: {**self._parameters[node], **changes.get(node, {})} for node in nodes}
+        path = self._directory / f'{name}-again.yaml'
+        write_parameters(path, parameters)
+        self._launch(name, path)
+        pulse.restart(time.monotonic())
 
     def stop(self) -> None:
         """End all processes."""
-        for name in stop_all(self._processes):
-            self.warn(f'{name}: error: did not end by itself and was killed')
+        for name in stop_all(list(self._processes.values())):
+            self._warn(f'{name}: error: did not end by itself and was killed')
         self._processes.clear()

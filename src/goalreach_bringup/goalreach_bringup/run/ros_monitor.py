@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64MultiArray
 
 from goalreach_bringup.path_metrics import PathResult
-from goalreach_bringup.run.referee import Referee, Tick
+from goalreach_bringup.run.referee import Progress, Referee, Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
@@ -58,12 +58,17 @@ class RunMonitor(Node):
         self._policy = policy
         self._mode = mode
         self._on_path = on_path
-        self.referee = Referee(starts, policy.regions, first_path=first_path)
+        self._referee = Referee(starts, policy.regions, first_path=first_path)
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             self.create_subscription(message_type, topic, self._collector(topic), _DEEP_QOS)
         self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, _DEEP_QOS)
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+
+    @property
+    def progress(self) -> Progress:
+        """How far the run is."""
+        return self._referee.progress
 
     def _collector(self, topic: str) -> Callable[[Any], None]:
         def collect(message: Any) -> None:
@@ -86,7 +91,7 @@ class RunMonitor(Node):
             estimate=state.pose if trusted else None,
             commanded_heading_rad=heading_rad,
         )
-        for result in self.referee.add_tick(tick):
+        for result in self._referee.add_tick(tick):
             self._on_path(result)
 
     def _on_action(self, message: DiagnosticArray) -> None:
@@ -94,7 +99,7 @@ class RunMonitor(Node):
         if transition.outcome is None:
             return
         stamp_ns = stamp_from_msg(message.header.stamp)
-        for result in self.referee.add_outcome(stamp_ns, transition.path, transition.outcome):
+        for result in self._referee.add_outcome(stamp_ns, transition.path, transition.outcome):
             self._on_path(result)
 
     def _on_q_table(self, message: Float64MultiArray) -> None:

@@ -11,13 +11,23 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_bringup.arena_choice import choose_arena, choose_policy
-from goalreach_bringup.parameter_file import NodeParameters, read_parameters, write_parameters
+from goalreach_bringup.bags.bag_writer_file import require_new_bag
+from goalreach_bringup.parameter_file import NodeParameters, read_parameters
 from goalreach_bringup.path_metrics import PathResult
 from goalreach_bringup.run.environment import make_run_directory
 from goalreach_bringup.run.learning_run import LearningRun
 from goalreach_bringup.run.options import RunOptions
-from goalreach_bringup.run.plan import CONTROLLER, NODES, RunSeeds, choose_starts, plan_parameters
+from goalreach_bringup.run.plan import (
+    CONTROLLER,
+    NODES,
+    ROBOT,
+    RunSeeds,
+    choose_starts,
+    plan_parameters,
+)
+from goalreach_bringup.run.recorder_process import RecorderProcess
 from goalreach_bringup.run.report import RunReport
+from goalreach_bringup.run.resume import resume_parameters
 from goalreach_bringup.run.ros_graph import Graph
 from goalreach_bringup.run.ros_monitor import RunMonitor
 from goalreach_bringup.summary_file import summarise, write_summary
@@ -47,6 +57,8 @@ class RunSession:
         self._starts = choose_starts(options, self._arena, self._seeds)
         self._results: list[PathResult] = []
         self._learning: LearningRun | None = None
+        self._recorder: RecorderProcess | None = None
+        self._sim_time_s = 0.0
 
     def execute(self) -> int:
         """Run; return 0 where all that was asked for happened, 1 where a path failed.
@@ -57,6 +69,8 @@ class RunSession:
         options = self._options
         if options.summary:
             require_writable(options.summary)
+        if options.record:
+            require_new_bag(options.record)
         user = read_parameters(options.params_file, NODES) if options.params_file else {}
         directory = make_run_directory()
         policy_path = options.policy or directory / 'policy.json'
@@ -76,12 +90,14 @@ class RunSession:
             user=user,
             learning=self._learning,
         )
-        write_parameters(directory / 'parameters.yaml', parameters)
         self._report.say(f'logs, policy and parameters: {directory}')
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
-        sim_time_s = self._drive(directory, policy, str(parameters[CONTROLLER]['mode']))
-        self._tell(parameters, mode, sim_time_s, time.monotonic() - began_s)
+        self._recorder = self._make_recorder(directory, str(parameters[ROBOT]['clock']))
+        try:
+            self._drive(directory, policy, parameters)
+        finally:
+            self._tell(parameters, mode, time.monotonic() - began_s)
         return self._status(policy_path)
 
     def _total_paths(self) -> int:
@@ -104,31 +120,51 @@ class RunSession:
             )
         return policy
 
-    def _drive(self, directory: Path, policy: Policy, mode: str) -> float:
-        """Bring the graph up and follow it to its end; return the simulated seconds."""
+    def _drive(self, directory: Path, policy: Policy, parameters: NodeParameters) -> None:
+        """Bring the graph up and follow it to its end."""
         graph = Graph(
-            parameters_path=directory / 'parameters.yaml',
+            parameters=parameters,
             directory=directory,
             composed=self._options.composed,
+            resume=lambda: resume_parameters(monitor.progress),
             tell=self._report.say,
             warn=self._report.warn,
         )
         stop = StopRequest()
+        graph.start()
         try:
-            graph.start()
+            if self._recorder is not None:
+                self._recorder.start(directory, self._report.warn)
             rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
             monitor = RunMonitor(
                 starts=self._starts,
                 policy=policy,
-                mode=mode,
+                mode=str(parameters[CONTROLLER]['mode']),
                 on_path=self._on_path,
                 first_path=self._learning.first_path if self._learning else 0,
             )
-            graph.follow(monitor, lambda: stop.requested or self._complete())
-            return monitor.referee.last_ns * 1e-9
+            graph.follow(monitor, lambda: stop.requested or self._is_over(monitor))
         finally:
             rclpy.try_shutdown()
+            if self._recorder is not None:
+                self._report.say(self._recorder.stop())
             graph.stop()
+
+    def _make_recorder(self, directory: Path, clock: str) -> RecorderProcess | None:
+        if self._options.record is None:
+            return None
+        return RecorderProcess(
+            self._options.record,
+            storage=self._options.storage,
+            clock=clock,
+            parameters=directory / 'parameters.yaml',
+        )
+
+    def _is_over(self, monitor: RunMonitor) -> bool:
+        self._sim_time_s = monitor.progress.last_ns * 1e-9
+        if self._recorder is not None:
+            self._recorder.require_started(began=monitor.progress.last_ns > 0)
+        return self._complete()
 
     def _complete(self) -> bool:
         total = self._total_paths()
@@ -138,9 +174,8 @@ class RunSession:
         self._results.append(result)
         self._report.path(result)
 
-    def _tell(
-        self, parameters: NodeParameters, mode: str, sim_time_s: float, wall_time_s: float
-    ) -> None:
+    def _tell(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
+        sim_time_s = self._sim_time_s
         self._report.table(
             self._results, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s
         )
@@ -161,6 +196,8 @@ class RunSession:
         if self._learning is not None:
             self._report.say(LearningRun.verdict(policy_path, self._arena))
             return 0
+        if self._recorder is not None and self._recorder.failed:
+            return 1
         if not self._options.paths:
             return 0
         goals = sum(result.outcome == 'goal' for result in self._results)

@@ -1,0 +1,120 @@
+"""Whether two bags hold the same messages, and where they first differ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+import hashlib
+import itertools
+from typing import Final
+
+from goalreach_bringup.bags.bag_reader_file import BagMessage, BagReader
+from goalreach_bringup.bags.decoder import Decoder
+from goalreach_bringup.bags.message_diff import differences
+
+__all__ = ['WALL_CLOCK_TOPICS', 'TopicComparison', 'compare_bags']
+
+WALL_CLOCK_TOPICS: Final = ('/rosout', '/parameter_events')
+"""Their content is of the wall clock and of processes, never the same twice."""
+
+_Digest = tuple[int, bytes]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TopicComparison:
+    """What comparing a topic showed.
+
+    Attributes:
+        topic: Its name.
+        counts: Messages in either bag.
+        where: Empty where all is the same; else number and stamp of the first message that
+            differs, and the field with both values.
+        time_ns: Receive time of that message in the first bag that has it; None where all is
+            the same.
+    """
+
+    topic: str
+    counts: tuple[int, int]
+    where: str = ''
+    time_ns: int | None = None
+
+    @property
+    def same(self) -> bool:
+        """Whether the topic is the same in both bags."""
+        return not self.where
+
+
+def compare_bags(
+    first: BagReader, second: BagReader, includes: Callable[[str], bool]
+) -> list[TopicComparison]:
+    """Compare topic by topic, message by message in order: receive time and bytes.
+
+    Args:
+        first: A bag.
+        second: Another one.
+        includes: Tells by its name whether a topic is compared.
+
+    Returns:
+        One comparison per topic, those that differ first, the earliest difference on top.
+    """
+    names = sorted(name for name in {*first.topics, *second.topics} if includes(name))
+    mine, yours = _digests(first, names), _digests(second, names)
+    found = [_compare(name, mine[name], yours[name], first, second) for name in names]
+    return sorted(found, key=lambda c: (c.same, c.time_ns or 0, c.topic))
+
+
+def _digests(bag: BagReader, names: Iterable[str]) -> dict[str, list[_Digest]]:
+    digests: dict[str, list[_Digest]] = {name: [] for name in names}
+    for message in bag.messages(digests.keys()):
+        digest = hashlib.blake2b(message.data, digest_size=16).digest()
+        digests[message.topic].append((message.time_ns, digest))
+    return digests
+
+
+def _compare(
+    name: str,
+    mine: Sequence[_Digest],
+    yours: Sequence[_Digest],
+    first: BagReader,
+    second: BagReader,
+) -> TopicComparison:
+    counts = (len(mine), len(yours))
+    types = [bag.topics[name].type_name for bag in (first, second) if name in bag.topics]
+    if len(types) == 1:
+        return TopicComparison(topic=name, counts=counts, where='only in one of them', time_ns=0)
+    if types[0] != types[1]:
+        where = f'{types[0]} in one, {types[1]} in the other'
+        return TopicComparison(topic=name, counts=counts, where=where, time_ns=0)
+    for index, (left, right) in enumerate(itertools.zip_longest(mine, yours)):
+        if left != right:
+            time_ns = (left or right or (0, b''))[0]
+            where = _describe(name, index, first, second, (left, right))
+            return TopicComparison(topic=name, counts=counts, where=where, time_ns=time_ns)
+    return TopicComparison(topic=name, counts=counts)
+
+
+def _describe(
+    name: str,
+    index: int,
+    first: BagReader,
+    second: BagReader,
+    pair: tuple[_Digest | None, _Digest | None],
+) -> str:
+    left, right = pair
+    if left is None or right is None:
+        return f'message {index}: only in the {"second" if left is None else "first"}'
+    where = f'message {index} at {left[0] * 1e-9:.3f} s'
+    if left[1] == right[1]:
+        return f'{where}: received at {right[0] * 1e-9:.3f} s in the second'
+    values = []
+    for bag, time_ns in ((first, left[0]), (second, right[0])):
+        message = _nth(bag, name, index, time_ns)
+        values.append(Decoder([bag.topics[name]]).decode(name, message.data))
+    for difference in differences(*values):
+        return f'{where}: {difference.field} = {difference.first} and {difference.second}'
+    return f'{where}: the same values in other bytes'
+
+
+def _nth(bag: BagReader, name: str, index: int, time_ns: int) -> BagMessage:
+    """Return a message by its number, knowing its time: only what is before it is counted."""
+    return next(itertools.islice(bag.messages([name], stop_ns=time_ns + 1), index, None))

@@ -1,0 +1,217 @@
+"""Reading an MCAP file from its beginning, as far as it is sound, without its summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO, Final
+from zlib import crc32
+
+from goalreach_bringup.bags.errors import BagError
+from goalreach_bringup.bags.mcap_layout import ChunkInfo, OpenChunk
+from goalreach_bringup.bags.mcap_records import (
+    MAGIC,
+    RECORD_HEAD,
+    Opcode,
+    Reader,
+    iterate_records,
+    record,
+)
+from goalreach_bringup.bags.topic import BagTopic, parse_offers
+from goalreach_bringup.bags.zstandard import decompress
+
+__all__ = ['McapScan', 'ScannedChunk', 'scan_mcap']
+
+_MAX_RECORD: Final = 1 << 32
+"""A longer record is no record but a damaged length. Chosen: 4 GB."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScannedChunk:
+    """A chunk that is sound.
+
+    Attributes:
+        info: Where it lies; its indexes are those found after it.
+        content: Its messages, for indexes that are missing.
+        indexed: Whether all its indexes are there.
+    """
+
+    info: ChunkInfo
+    content: OpenChunk
+    indexed: bool
+
+
+@dataclass
+class McapScan:
+    """What was found in a file.
+
+    Attributes:
+        path: The file.
+        size: Its size.
+        finished: Whether it goes on to its end as it should.
+        body: Where the first chunk begins.
+        end: Where its sound part ends.
+        schemas: Schema records by number.
+        channels: Channel records by number.
+        topics: Topic of each channel.
+        chunks: The chunks.
+    """
+
+    path: Path
+    size: int
+    finished: bool = False
+    body: int = 0
+    end: int = 0
+    schemas: dict[int, bytes] = field(default_factory=dict)
+    channels: dict[int, bytes] = field(default_factory=dict)
+    topics: dict[int, BagTopic] = field(default_factory=dict)
+    chunks: list[ScannedChunk] = field(default_factory=list)
+    _types: dict[int, tuple[str, str, str]] = field(default_factory=dict)
+
+    def counts(self) -> dict[str, int]:
+        """Return the messages by topic name."""
+        counts = {topic.name: 0 for topic in self.topics.values()}
+        for chunk in self.chunks:
+            for channel, count in chunk.info.counts.items():
+                counts[self.topics[channel].name] += count
+        return {name: count for name, count in counts.items() if count}
+
+    def add_schema(self, content: memoryview) -> None:
+        """Note a schema record."""
+        reader = Reader(content)
+        number, name, encoding = reader.u16(), reader.text(), reader.text()
+        self._types[number] = name, encoding, str(reader.bytes(reader.u32()), 'utf-8')
+        self.schemas[number] = record(Opcode.SCHEMA, bytes(content))
+
+    def add_channel(self, content: memoryview) -> None:
+        """Note a channel record."""
+        reader = Reader(content)
+        number, schema, name = reader.u16(), reader.u16(), reader.text()
+        reader.text()
+        values = reader.text_map()
+        type_name, encoding, definition = self._types[schema]
+        self.channels[number] = record(Opcode.CHANNEL, bytes(content))
+        self.topics[number] = BagTopic(
+            name=name,
+            type_name=type_name,
+            type_hash=values.get('topic_type_hash', ''),
+            offers=parse_offers(values.get('offered_qos_profiles', '')),
+            definition=definition,
+            encoding=encoding,
+        )
+
+
+def scan_mcap(path: Path) -> McapScan:
+    """Return what is sound in a file.
+
+    Raises:
+        BagError: It is no MCAP file, or one of another kind than rosbag2 writes.
+    """
+    scan = McapScan(path=path, size=path.stat().st_size)
+    with path.open('rb') as stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise BagError(path, 'is no MCAP file')
+        scan.end = scan.body = stream.tell()
+        try:
+            while _scan_record(scan, stream):
+                pass
+        except (ValueError, KeyError, UnicodeDecodeError):
+            pass  # what follows is not sound: the scan ends here
+    return scan
+
+
+def _scan_record(scan: McapScan, stream: BinaryIO) -> bool:
+    """Read one record; return whether the file goes on."""
+    offset = stream.tell()
+    head = stream.read(RECORD_HEAD.size)
+    if len(head) < RECORD_HEAD.size:
+        return False
+    opcode, length = RECORD_HEAD.unpack(head)
+    if opcode == Opcode.DATA_END:
+        scan.finished = _ends_well(scan, stream)
+        return False
+    if length > min(_MAX_RECORD, scan.size - stream.tell()):
+        return False
+    content = memoryview(stream.read(length))
+    if opcode == Opcode.MESSAGE:
+        raise BagError(scan.path, 'holds messages outside of chunks: not a file of rosbag2')
+    if opcode == Opcode.CHUNK:
+        scan.chunks.append(_read_chunk(scan, content, offset))
+    elif opcode == Opcode.MESSAGE_INDEX:
+        _add_index(scan, Reader(content).u16(), offset, RECORD_HEAD.size + length)
+    elif opcode == Opcode.SCHEMA:
+        scan.add_schema(content)
+    elif opcode == Opcode.CHANNEL:
+        scan.add_channel(content)
+    elif opcode != Opcode.HEADER:
+        return True
+    scan.end = stream.tell()
+    if not scan.chunks:
+        scan.body = scan.end
+    return True
+
+
+def _ends_well(scan: McapScan, stream: BinaryIO) -> bool:
+    stream.seek(scan.size - len(MAGIC))
+    return stream.read() == MAGIC and all(chunk.indexed for chunk in scan.chunks)
+
+
+def _read_chunk(scan: McapScan, content: memoryview, offset: int) -> ScannedChunk:
+    """Read a chunk and check it.
+
+    Raises:
+        ValueError: It is not sound.
+    """
+    reader = Reader(content)
+    reader.u64(), reader.u64()
+    size, checksum, compression = reader.u64(), reader.u32(), reader.text()
+    stored = reader.bytes(reader.u64())
+    if compression not in ('', 'zstd'):
+        raise BagError(scan.path, f'is compressed with {compression}, which is not known here')
+    records = decompress(bytes(stored)) if compression else bytes(stored)
+    if len(records) != size or (checksum and crc32(records) != checksum):
+        raise ValueError('the check sum of a chunk is wrong')
+    chunk = OpenChunk()
+    for position, opcode, inner in iterate_records(memoryview(records)):
+        if opcode == Opcode.SCHEMA:
+            scan.add_schema(inner)
+        elif opcode == Opcode.CHANNEL:
+            scan.add_channel(inner)
+        elif opcode == Opcode.MESSAGE:
+            message = Reader(inner)
+            channel = message.u16()
+            message.u32()
+            scan.topics[channel]
+            chunk.note(channel, message.u64(), position)
+    length = RECORD_HEAD.size + len(content)
+    info = chunk.placed(offset, length, compression, (len(stored), len(records)))
+    bare = _with_indexes(info, {}, 0)
+    return ScannedChunk(info=bare, content=chunk, indexed=not chunk.entries)
+
+
+def _add_index(scan: McapScan, channel: int, offset: int, length: int) -> None:
+    """Note an index that follows its chunk."""
+    chunk = scan.chunks[-1] if scan.chunks else None
+    if chunk is None or channel not in chunk.content.entries:
+        return
+    info = chunk.info
+    indexes = {**info.indexes, channel: offset}
+    scan.chunks[-1] = ScannedChunk(
+        info=_with_indexes(info, indexes, info.index_length + length),
+        content=chunk.content,
+        indexed=indexes.keys() == chunk.content.entries.keys(),
+    )
+
+
+def _with_indexes(info: ChunkInfo, indexes: dict[int, int], length: int) -> ChunkInfo:
+    return ChunkInfo(
+        offset=info.offset,
+        length=info.length,
+        indexes=indexes,
+        index_length=length,
+        counts=info.counts,
+        first_ns=info.first_ns,
+        last_ns=info.last_ns,
+        compression=info.compression,
+        sizes=info.sizes,
+    )

@@ -1,0 +1,134 @@
+"""Repairing the bag of a recorder that was killed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from goalreach_bringup.bags.bag_reader_file import storage_files
+from goalreach_bringup.bags.bag_writer_file import FLUSH_S
+from goalreach_bringup.bags.errors import BagError
+from goalreach_bringup.bags.mcap_repair_file import repair_mcap
+from goalreach_bringup.bags.mcap_scan_file import McapScan, scan_mcap
+from goalreach_bringup.bags.metadata import BagMetadata, FileSpan
+from goalreach_bringup.bags.metadata_file import METADATA_NAME, metadata_text, write_metadata
+from goalreach_bringup.bags.sqlite_repair_file import SqliteScan, repair_sqlite, scan_sqlite
+from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic
+
+__all__ = ['RepairResult', 'repair_bag']
+
+_STORAGES: Final = {'.mcap': 'mcap', '.db3': 'sqlite3'}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepairResult:
+    """What a repair found and did.
+
+    Attributes:
+        path: The bag.
+        messages: Messages it now holds.
+        duration_s: Time between the first and the last.
+        repaired: Names of the files that had no end.
+        dropped_bytes: Bytes of unfinished chunks that were cut off.
+        was_sound: Whether there was nothing to do.
+    """
+
+    path: Path
+    messages: int
+    duration_s: float
+    repaired: tuple[str, ...]
+    dropped_bytes: int
+    was_sound: bool
+
+    def __str__(self) -> str:
+        """Return it as one line."""
+        holds = f'{self.messages} messages, {self.duration_s:.1f} s'
+        if self.was_sound:
+            return f'{self.path}: nothing to repair: {holds}'
+        lost = f'{self.dropped_bytes} bytes of an unfinished chunk' if self.dropped_bytes else ''
+        parts = [lost] if lost else []
+        if self.repaired:
+            parts.append(f'what the recorder had not written yet, {FLUSH_S:g} s at most')
+        return f'{self.path}: repaired: {holds}; lost: {" and ".join(parts) or "nothing"}'
+
+
+def repair_bag(path: Path) -> RepairResult:
+    """Give a bag the summary and the indexes that it lacks.
+
+    Args:
+        path: Its directory.
+
+    Raises:
+        BagError: It is no bag, or holds nothing that could be repaired.
+    """
+    if not path.is_dir():
+        raise BagError(path, 'is not a bag: a bag is a directory')
+    files = storage_files(path)
+    if not files:
+        raise BagError(path, 'is not a bag: it holds no .mcap and no .db3 file')
+    if len({file.suffix for file in files}) > 1:
+        raise BagError(path, 'holds both .mcap and .db3 files')
+    try:
+        return _repair(path, files)
+    except OSError as error:
+        raise BagError(path, f'cannot be repaired: {error.strerror or error}') from None
+
+
+def _repair(path: Path, files: list[Path]) -> RepairResult:
+    scans: list[McapScan | SqliteScan] = [
+        scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
+    ]
+    metadata = BagMetadata(
+        storage=_STORAGES[files[0].suffix],
+        topics=_topics(scans),
+        files=tuple(_span(scan) for scan in scans),
+        compression_mode='MESSAGE' if _compresses_messages(scans) else '',
+    )
+    broken = [scan for scan in scans if not scan.finished]
+    sound = not broken and (path / METADATA_NAME).exists()
+    dropped = 0
+    for scan in broken:
+        if isinstance(scan, McapScan):
+            dropped += scan.size - scan.end
+            repair_mcap(scan, metadata_text(metadata))
+        else:
+            repair_sqlite(scan, metadata_text(metadata))
+    if not sound:
+        write_metadata(path, metadata)
+    total = metadata.total
+    return RepairResult(
+        path=path,
+        messages=total.message_count,
+        duration_s=total.duration_ns * 1e-9,
+        repaired=tuple(scan.path.name for scan in broken),
+        dropped_bytes=dropped,
+        was_sound=sound,
+    )
+
+
+def _topics(scans: list[McapScan | SqliteScan]) -> tuple[BagTopic, ...]:
+    topics: dict[str, BagTopic] = {}
+    for scan in scans:
+        found = scan.topics.values() if isinstance(scan, McapScan) else scan.topics
+        for topic in found:
+            known = topics.setdefault(topic.name, topic)
+            if not known.type_hash:
+                topics[topic.name] = replace(known, type_hash=topic.type_hash)
+    return tuple(topics.values())
+
+
+def _compresses_messages(scans: list[McapScan | SqliteScan]) -> bool:
+    return any(isinstance(scan, SqliteScan) and scan.compressed for scan in scans)
+
+
+def _span(scan: McapScan | SqliteScan) -> FileSpan:
+    if isinstance(scan, SqliteScan):
+        return scan.span
+    filled = [chunk.info for chunk in scan.chunks if chunk.info.counts]
+    return FileSpan(
+        name=scan.path.name,
+        counts=scan.counts(),
+        first_ns=min((info.first_ns for info in filled), default=INFINITE_NS),
+        last_ns=max((info.last_ns for info in filled), default=0),
+    )

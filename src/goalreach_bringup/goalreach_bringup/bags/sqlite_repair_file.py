@@ -1,0 +1,107 @@
+"""Reading what is in the SQLite file of a bag, and giving it its summary."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+import sqlite3
+from typing import Final
+
+from goalreach_bringup.bags.errors import BagError
+from goalreach_bringup.bags.metadata import METADATA_VERSION, FileSpan
+from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, parse_offers
+
+__all__ = ['SqliteScan', 'repair_sqlite', 'scan_sqlite']
+
+_ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
+
+
+@dataclass(frozen=True, kw_only=True)
+class SqliteScan:
+    """What was found in a file.
+
+    Attributes:
+        path: The file.
+        topics: Its topics.
+        span: Its messages.
+        finished: Whether it holds a summary.
+        compressed: Whether its messages are.
+    """
+
+    path: Path
+    topics: tuple[BagTopic, ...]
+    span: FileSpan
+    finished: bool
+    compressed: bool
+
+
+def scan_sqlite(path: Path) -> SqliteScan:
+    """Return what is in a file; SQLite itself undoes what a killed process left half done.
+
+    Raises:
+        BagError: It is no such file, or damaged beyond that.
+    """
+    try:
+        with closing(sqlite3.connect(path)) as base:
+            return _scan(path, base)
+    except sqlite3.Error as error:
+        raise BagError(path, f'is no SQLite file of a bag: {error}') from None
+
+
+def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
+    definitions = {
+        name: (encoding, text)
+        for name, encoding, text in base.execute(
+            'SELECT topic_type, encoding, encoded_message_definition FROM message_definitions'
+        )
+    }
+    topics, names = [], {}
+    rows = base.execute(
+        'SELECT id, name, type, offered_qos_profiles, type_description_hash FROM topics'
+    )
+    for number, name, type_name, offers, type_hash in rows:
+        encoding, text = definitions.get(type_name, ('ros2msg', ''))
+        names[number] = name
+        topics.append(
+            BagTopic(
+                name=name,
+                type_name=type_name,
+                type_hash=type_hash,
+                offers=parse_offers(offers),
+                definition=text,
+                encoding=encoding,
+            )
+        )
+    rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
+    counts = {names[number]: count for number, count in rows}
+    first_ns, last_ns = base.execute(
+        'SELECT MIN(timestamp), MAX(timestamp) FROM messages'
+    ).fetchone()
+    sample = base.execute('SELECT data FROM messages LIMIT 1').fetchone()
+    return SqliteScan(
+        path=path,
+        topics=tuple(topics),
+        span=FileSpan(
+            name=path.name,
+            counts=counts,
+            first_ns=INFINITE_NS if first_ns is None else first_ns,
+            last_ns=last_ns or 0,
+        ),
+        finished=bool(base.execute('SELECT COUNT(*) FROM metadata').fetchone()[0]),
+        compressed=bool(sample) and bytes(sample[0][:4]) == _ZSTD_MAGIC,
+    )
+
+
+def repair_sqlite(scan: SqliteScan, metadata: str) -> None:
+    """Add the bag's summary.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    try:
+        with closing(sqlite3.connect(scan.path)) as base, base:
+            base.execute('DELETE FROM metadata')
+            base.execute('INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata))
+    except sqlite3.Error as error:
+        raise OSError(str(error)) from error

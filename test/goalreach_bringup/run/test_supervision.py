@@ -1,0 +1,104 @@
+"""A node that dies is started again, and the run goes on."""
+
+import itertools
+import os
+from pathlib import Path
+import signal
+import subprocess
+
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+import pytest
+
+from goalreach_bringup.run.referee import Progress
+from goalreach_bringup.run.resume import resume_parameters
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.values import Pose2
+import graphs
+
+MODULES = {
+    'nomad200': 'goalreach_sim.nomad200_node',
+    'landmark_localizer': 'goalreach_perception.landmark_localizer_node',
+    'state_estimator': 'goalreach_perception.state_estimator_node',
+    'goal_reaching_controller': 'goalreach_learning.goal_reaching_controller_node',
+}
+
+
+def process_of(launcher: subprocess.Popen[str], node: str) -> int:
+    """Return the process id of a node that this launcher started."""
+    for child in children_of(launcher):
+        if MODULES[node] in cmdline(child):
+            return child
+    raise AssertionError(f'{node} is not running')
+
+
+@pytest.mark.graph
+@pytest.mark.parametrize('node', MODULES)
+def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> None:
+    domain = graphs.fresh_domain()
+    arguments = ['run', '--paths', '1', '--start', '0.5,4.3,-90', '--clock', 'lockstep']
+    truth: list[Odometry] = []
+    with graphs.onlooker(domain) as (watcher, serve_until):
+        graphs.collect(watcher, Odometry, '/ground_truth/odom', RELIABLE_QOS, truth)
+        with graphs.goalreach(arguments, domain=domain, home=tmp_path) as run:
+            assert serve_until(lambda: len(truth) > 40, 30.0), run.communicate()[0]
+            victim = process_of(run, node)
+            os.kill(victim, signal.SIGKILL)
+            assert serve_until(lambda: run.poll() is not None, 60.0)
+            output, _ = run.communicate()
+    assert run.returncode == 0, output
+    assert f'{node}: error: was ended by SIGKILL; starting it again' in output
+    assert '1 of 1 paths reached the goal' in output
+    stamps = [stamp_from_msg(message.header.stamp) for message in truth]
+    assert stamps == sorted(stamps)
+    poses = [message.pose.pose.position for message in truth]
+    steps = [abs(b.x - a.x) + abs(b.y - a.y) for a, b in itertools.pairwise(poses)]
+    assert max(steps[2:]) < 0.05
+
+
+@pytest.mark.graph
+def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
+    domain = graphs.fresh_domain()
+    commands: list[TwistStamped] = []
+    with graphs.onlooker(domain) as (watcher, serve_until):
+        graphs.collect(watcher, TwistStamped, '/cmd_vel', RELIABLE_QOS, commands)
+        with graphs.goalreach(['run'], domain=domain, home=tmp_path) as run:
+            assert serve_until(lambda: bool(commands), 30.0), run.communicate()[0]
+            while run.poll() is None:
+                for child in children_of(run):
+                    if MODULES['state_estimator'] in cmdline(child):
+                        os.kill(child, signal.SIGKILL)
+                serve_until(lambda: False, 0.1)
+            output, _ = run.communicate()
+    assert run.returncode == 1
+    assert 'state_estimator: error: was ended by SIGKILL; it keeps dying' in output
+    assert 'Traceback' not in output
+
+
+def children_of(launcher: subprocess.Popen[str]) -> list[int]:
+    path = Path(f'/proc/{launcher.pid}/task/{launcher.pid}/children')
+    return [int(child) for child in path.read_text().split()] if path.exists() else []
+
+
+def cmdline(pid: int) -> str:
+    try:
+        return Path(f'/proc/{pid}/cmdline').read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return ''
+
+
+def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:
+    truth = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
+    progress = Progress(path=7, on_the_way=True, last_ns=123, truth=truth)
+    assert resume_parameters(progress) == {
+        'goal_reaching_controller': {'first_path': 7, 'resume': True},
+        'nomad200': {'start_pose': (1.0, 2.0, 0.5), 'start_time_ns': 123},
+    }
+
+
+def test_before_the_first_tick_everything_starts_as_planned() -> None:
+    progress = Progress(path=0, on_the_way=False, last_ns=0, truth=None)
+    assert resume_parameters(progress) == {
+        'goal_reaching_controller': {'first_path': 0, 'resume': False}
+    }
