@@ -178,7 +178,7 @@ def _told_of(path: Path) -> Iterator[None]:
         yield
     except (BagError, GeneratorExit, KeyboardInterrupt, MemoryError):
         raise
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - damage shows in many ways
         lines = str(error).strip().splitlines() or [type(error).__name__]
         problem = f'is damaged or cut short ({lines[0].rstrip(".")})'
         raise BagError(path, f'{problem}; goalreach record --repair may help') from None

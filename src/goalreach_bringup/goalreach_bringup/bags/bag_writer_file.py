@@ -61,6 +61,7 @@ class BagWriter:
         self._numbers: dict[str, int] = {}
         self._done: list[FileSpan] = []
         self._custom: Mapping[str, str] = {}
+        self._first_ns, self._last_ns = INFINITE_NS, 0
         self._flushed_s = now()
         require_new_bag(self.path)
         try:

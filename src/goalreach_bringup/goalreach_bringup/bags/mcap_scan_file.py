@@ -135,19 +135,25 @@ def _scan_record(scan: McapScan, stream: BinaryIO) -> bool:
     content = memoryview(stream.read(length))
     if opcode == Opcode.MESSAGE:
         raise BagError(scan.path, 'holds messages outside of chunks: not a file of rosbag2')
+    if _take(scan, opcode, content, offset):
+        scan.end = stream.tell()
+        if not scan.chunks:
+            scan.body = scan.end
+    return True
+
+
+def _take(scan: McapScan, opcode: int, content: memoryview, offset: int) -> bool:
+    """Note a record; return whether it belongs to what is kept."""
     if opcode == Opcode.CHUNK:
         scan.chunks.append(_read_chunk(scan, content, offset))
     elif opcode == Opcode.MESSAGE_INDEX:
-        _add_index(scan, Reader(content).u16(), offset, RECORD_HEAD.size + length)
+        _add_index(scan, Reader(content).u16(), offset, RECORD_HEAD.size + len(content))
     elif opcode == Opcode.SCHEMA:
         scan.add_schema(content)
     elif opcode == Opcode.CHANNEL:
         scan.add_channel(content)
-    elif opcode != Opcode.HEADER:
-        return True
-    scan.end = stream.tell()
-    if not scan.chunks:
-        scan.body = scan.end
+    else:
+        return opcode == Opcode.HEADER
     return True
 
 

@@ -86,7 +86,8 @@ def _both_nan(
 ) -> np.ndarray[Any, np.dtype[np.bool_]]:
     if first.dtype.kind != 'f':
         return np.zeros(first.shape, dtype=np.bool_)
-    return np.isnan(first) & np.isnan(second)
+    both: np.ndarray[Any, np.dtype[np.bool_]] = np.isnan(first) & np.isnan(second)
+    return both
 
 
 def _number(value: Any) -> float | None:  # noqa: ANN401 - a field of any type

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from rclpy.node import Node
@@ -43,15 +43,18 @@ class Channels:
             if not self._node.count_publishers(name):
                 continue
             try:
-                if len(types) > 1:
-                    raise GoalreachError(f'has several types: {", ".join(types)}')
-                bag_topic(self._node, name, types[0])
-                self._channels[name] = Channel(self._node, name, types[0])
+                self._channels[name] = self._subscribe(name, types)
             except GoalreachError as error:
                 self._refused.add(name)
                 self._node.get_logger().warning(f'{name} is not recorded: {error}')
         for channel in self._channels.values():
             channel.look()
+
+    def _subscribe(self, name: str, types: Sequence[str]) -> Channel:
+        if len(types) > 1:
+            raise GoalreachError(f'has several types: {", ".join(types)}')
+        bag_topic(self._node, name, types[0])
+        return Channel(self._node, name, types[0])
 
     def take(self) -> Iterator[Arrival]:
         """Yield what has arrived."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import time
 from typing import Final
 
@@ -194,7 +195,7 @@ class Recorder(Node):
         self._sim_time = bool(self._sim_time)
         self._release()
         for name in self._channels.names():
-            self._guard(lambda name=name: self._add(name))
+            self._guard(partial(self._add, name))
         custom = self._result().custom(self._options, sim_time=self._sim_time)
         self._guard(lambda: self._finish(custom))
         return self._result()

@@ -30,10 +30,7 @@ class TopicSelection:
         """Check the patterns."""
         for option, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
             for pattern in patterns:
-                try:
-                    re.compile(pattern)
-                except re.error as error:
-                    raise ConfigurationError(option, pattern, f'a pattern: {error}') from None
+                _require_pattern(option, pattern)
 
     def includes(self, topic: str) -> bool:
         """Return whether a topic is meant."""
@@ -50,3 +47,10 @@ class TopicSelection:
     def full_names(self) -> frozenset[str]:
         """The names with their leading slash."""
         return frozenset(name if name.startswith('/') else f'/{name}' for name in self.names)
+
+
+def _require_pattern(option: str, pattern: str) -> None:
+    try:
+        re.compile(pattern)
+    except re.error as error:
+        raise ConfigurationError(option, pattern, f'a pattern: {error}') from None

@@ -16,20 +16,22 @@ from goalreach_bringup.bags.zstandard import compress
 
 __all__ = ['SqliteWriter']
 
-_TABLES: Final = (
-    'CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL)',
-    'CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, '
-    'metadata TEXT NOT NULL)',
-    'CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, '
-    'serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL, '
-    'type_description_hash TEXT NOT NULL)',
-    'CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, '
-    'encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL, '
-    'type_description_hash TEXT NOT NULL)',
-    'CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, '
-    'timestamp INTEGER NOT NULL, data BLOB NOT NULL)',
-    'CREATE INDEX timestamp_idx ON messages (timestamp ASC)',
-)
+_TABLES: Final = """
+CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
+CREATE TABLE metadata(
+    id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
+CREATE TABLE topics(
+    id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
+    serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,
+    type_description_hash TEXT NOT NULL);
+CREATE TABLE message_definitions(
+    id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT NULL,
+    encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);
+CREATE TABLE messages(
+    id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
+    data BLOB NOT NULL);
+CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+"""
 _SCHEMA_VERSION: Final = 4
 _COMMIT_BYTES: Final = 4 * 1024 * 1024
 """Pending messages are committed at this size. Chosen."""
@@ -56,7 +58,7 @@ class SqliteWriter:
             self._base.execute('PRAGMA synchronous=OFF')
             self._base.execute('PRAGMA journal_mode=TRUNCATE')
             self._base.execute('BEGIN')
-            for statement in _TABLES:
+            for statement in _TABLES.split(';'):
                 self._base.execute(statement)
             self._base.execute('INSERT INTO schema VALUES(?, ?)', (_SCHEMA_VERSION, ROS_DISTRO))
             self._base.execute('COMMIT')
