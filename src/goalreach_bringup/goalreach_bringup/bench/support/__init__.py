@@ -1,0 +1,1 @@
+"""What suites need beside themselves: peers, and graphs that are looked on."""
