@@ -58,11 +58,22 @@ def test_the_truth_judges_a_declared_goal(
 def test_a_turn_across_180_degrees_is_short() -> None:
     meter = PathMeter(pose(0, 0))
     for index, heading in enumerate((3.1, -3.1)):
-        truth = pose(0, 0, heading)
+        truth = pose(0.5, 0, heading)
         meter.add(time_ns=index, truth=truth, estimate=None, commanded_heading_rad=heading)
     result = meter.finish(PathOutcome.BUMP, in_goal=False)
     assert result.turning_rad == pytest.approx(2 * math.pi - 6.2)
     assert result.max_heading_step_rad == pytest.approx(2 * math.pi - 6.2)
+
+
+def test_the_first_alignment_does_not_count_as_a_step() -> None:
+    meter = PathMeter(pose(1, 1))
+    for index, (x_m, heading_rad) in enumerate(
+        ((1.0, 0.0), (1.0, 2.0), (1.0005, 2.5), (1.1, 2.6), (1.0, 2.8))
+    ):
+        truth = pose(x_m, 1, 0.0)
+        meter.add(time_ns=index, truth=truth, estimate=None, commanded_heading_rad=heading_rad)
+    result = meter.finish(PathOutcome.GOAL, in_goal=True)
+    assert result.max_heading_step_rad == pytest.approx(0.2)
 
 
 def test_no_errors_are_zero() -> None:

@@ -16,6 +16,10 @@ from goalreach_msgs_py.values import PathOutcome, Pose2
 
 __all__ = ['PathMeter', 'PathResult', 'error_statistics']
 
+_STANDING_M = 0.001
+# Distance from its start up to which the robot counts as standing there; chosen: a tenth of what
+# it drives in one control step.
+
 
 @dataclass(frozen=True, kw_only=True)
 class PathResult:
@@ -27,7 +31,8 @@ class PathResult:
         duration_s: Simulated time from the placing to the end.
         length_m: Length of the true path.
         turning_rad: Sum of the absolute changes of the true drive heading.
-        max_heading_step_rad: Largest change of the commanded heading between two control steps.
+        max_heading_step_rad: Largest change of the commanded heading between two control steps,
+            once under way: see `PathMeter`.
         pose_error_m: rms, p95 and max of the position error while the state was trusted.
         heading_error_rad: The same of the heading error.
         trace: True positions (x, y) along the path, metres.
@@ -74,6 +79,10 @@ def error_statistics(errors: list[float]) -> dict[str, float]:
 class PathMeter:
     """Gathers one path tick by tick.
 
+    The change of the commanded heading counts from the step on at which the robot has left its
+    start, by the truth. Before it stands, looks for the landmarks and turns to its first heading;
+    what it is to follow may still change then as the first estimate settles, and moves nothing.
+
     Attributes:
         start: Pose the robot was placed at.
         trace_step: Every how many ticks the trace keeps a position.
@@ -89,6 +98,7 @@ class PathMeter:
     _length_m: float = 0.0
     _turning_rad: float = 0.0
     _max_step_rad: float = 0.0
+    _under_way: bool = False
     _position_errors_m: list[float] = field(default_factory=list)
     _heading_errors_rad: list[float] = field(default_factory=list)
     _trace: list[tuple[float, float]] = field(default_factory=list)
@@ -121,7 +131,7 @@ class PathMeter:
             turn_rad = angle_difference(estimate.heading_rad, truth.heading_rad)
             self._heading_errors_rad.append(turn_rad)
         if commanded_heading_rad is not None:
-            if self._last_heading_rad is not None:
+            if self._last_heading_rad is not None and self._left_start(truth):
                 step_rad = abs(angle_difference(commanded_heading_rad, self._last_heading_rad))
                 self._max_step_rad = max(self._max_step_rad, step_rad)
             self._last_heading_rad = commanded_heading_rad
@@ -129,6 +139,12 @@ class PathMeter:
             self._trace.append((round(truth.x_m, 4), round(truth.y_m, 4)))
         self._ticks += 1
         self._last_ns, self._last_truth = time_ns, truth
+
+    def _left_start(self, truth: Pose2) -> bool:
+        """Return whether the first alignment is over: the robot has driven off."""
+        gone_m = math.hypot(truth.x_m - self.start.x_m, truth.y_m - self.start.y_m)
+        self._under_way = self._under_way or gone_m > _STANDING_M
+        return self._under_way
 
     def finish(self, outcome: PathOutcome, *, in_goal: bool) -> PathResult:
         """Return the result.

@@ -1,10 +1,9 @@
 import argparse
 import math
 
-import numpy as np
 import pytest
 
-from goalreach_bringup.bench.driving import _starts, configure, distance_to_goal, execute
+from goalreach_bringup.bench.driving import configure, distance_to_goal, execute
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Pose2
@@ -20,16 +19,6 @@ def test_distance_to_goal_by_hand() -> None:
     assert from_point(2.0, 3.6891) == pytest.approx(2.0)
     assert from_point(2.3749 + 0.3, 1.6891 + 0.4) == pytest.approx(0.5)
     assert from_point(1.5, 1.0) == 0.0
-
-
-def test_half_of_the_starts_are_at_the_borders() -> None:
-    arena = Arena()
-    starts = _starts(arena, 30, np.random.default_rng(0))
-    assert len(starts) == 60
-    for start in starts[30:]:
-        gaps = (start.x_m, arena.width_m - start.x_m, start.y_m, arena.length_m - start.y_m)
-        assert min(gaps) == pytest.approx(0.325)
-        assert arena.regions.region_at(start.x_m, start.y_m) != arena.regions.goal
 
 
 def options(*arguments: str) -> argparse.Namespace:

@@ -11,10 +11,7 @@ from goalreach_bringup.bench.learning import wilson_interval
 from goalreach_bringup.bench.row import BenchRow, Goal
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from goalreach_bringup.path_metrics import PathResult
-    from goalreach_msgs_py.arena import Arena
     from goalreach_msgs_py.regions import RegionMap
     from goalreach_msgs_py.values import Pose2
 
@@ -48,6 +45,8 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
 
     from goalreach_bringup.evaluation import EvaluationPlan, evaluate
     from goalreach_bringup.noise_file import choose_noise
+    from goalreach_bringup.run.plan import random_starts
+    from goalreach_bringup.starts import border_starts
     from goalreach_learning.controller import ControllerConfig
     from goalreach_learning.training import train
     from goalreach_msgs_py.arena import Arena
@@ -59,7 +58,11 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     arena = Arena()
     learner, places = np.random.SeedSequence(options.seed).spawn(2)
     policy = train(arena, rng=np.random.default_rng(learner)).policy
-    starts = _starts(arena, options.starts, np.random.default_rng(places))
+    rng = np.random.default_rng(places)
+    starts = [
+        *random_starts(arena, options.starts, rng),
+        *border_starts(arena, options.starts, rng),
+    ]
     driven: dict[str, list[PathResult]] = {}
     for mode in _MODES:
         plan = EvaluationPlan(
@@ -73,34 +76,6 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
         sessions = evaluate(plan, jobs=options.jobs)
         driven[mode] = [path for session in sessions for path in session.paths]
     return [row for mode in _MODES for row in _rows(mode, driven, arena.regions, options.noise)]
-
-
-def _starts(arena: Arena, count: int, rng: np.random.Generator) -> list[Pose2]:
-    """Return random starts over the floor, then as many moved to the nearest border."""
-    from goalreach_bringup.run.plan import random_starts
-
-    border = [_at_border(arena, start) for start in random_starts(arena, 4 * count, rng)]
-    regions = arena.regions
-    outside = [s for s in border if regions.region_at(s.x_m, s.y_m) != regions.goal]
-    return [*random_starts(arena, count, rng), *outside[:count]]
-
-
-def _at_border(arena: Arena, start: Pose2) -> Pose2:
-    """Return a start moved straight to its nearest wall, as near as the arena's own starts."""
-    from dataclasses import replace
-
-    nearest_m = min(min(s.x_m, s.y_m) for s in arena.starts)
-    right_m, far_m = arena.width_m - nearest_m, arena.length_m - nearest_m
-    gaps = {
-        'left': start.x_m,
-        'right': arena.width_m - start.x_m,
-        'near': start.y_m,
-        'far': arena.length_m - start.y_m,
-    }
-    side = min(gaps, key=lambda name: gaps[name])
-    if side in ('left', 'right'):
-        return replace(start, x_m=nearest_m if side == 'left' else right_m)
-    return replace(start, y_m=nearest_m if side == 'near' else far_m)
 
 
 def distance_to_goal(start: Pose2, regions: RegionMap) -> float:

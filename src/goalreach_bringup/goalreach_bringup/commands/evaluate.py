@@ -14,14 +14,10 @@ from goalreach_msgs_py.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from goalreach_bringup.evaluation import EvaluationPlan, SessionResult
-    from goalreach_msgs_py.arena import Arena
-    from goalreach_msgs_py.values import Pose2
 
 __all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
-
-_MAX_STARTS = 1_000_000
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +28,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add('--mode', choices=MODES, default='fuzzy', help='how the heading is chosen')
     add_arena_option(parser)
-    add('--starts', default='paper', metavar='paper|random:N', help='where the paths begin')
+    add(
+        '--starts',
+        default='paper',
+        metavar='paper|random:N|border:N',
+        help='where the paths begin: the 22 of the paper, or N drawn over the floor or the walls',
+    )
     add('--noise', default='nominal', metavar='none|nominal|harsh|FILE', help='sensor errors')
     add('--jobs', type=int, default=1, metavar='N', help='processes; the result is the same')
     add('--json', type=Path, metavar='FILE', help='write every path and the summary')
@@ -80,6 +81,7 @@ def _plan(options: argparse.Namespace) -> EvaluationPlan:
     from goalreach_bringup.evaluation import EvaluationPlan
     from goalreach_bringup.noise_file import choose_noise
     from goalreach_bringup.run.plan import RunSeeds
+    from goalreach_bringup.starts import starts_of
     from goalreach_learning.controller import ControllerConfig
 
     if options.seed < 0:
@@ -93,22 +95,9 @@ def _plan(options: argparse.Namespace) -> EvaluationPlan:
         noise=choose_noise(options.noise),
         policy=choose_policy(options.policy, arena, seeds.training),
         controller=ControllerConfig(mode=options.mode),
-        starts=_starts(options.starts, arena, seeds.starts),
+        starts=starts_of(options.starts, arena, seeds.starts),
         seed=seeds.simulator,
     )
-
-
-def _starts(text: str, arena: Arena, seed: int) -> Sequence[Pose2]:
-    import numpy as np
-
-    from goalreach_bringup.run.plan import random_starts
-
-    if text == 'paper':
-        return arena.starts
-    kind, _, number = text.partition(':')
-    if kind != 'random' or not number.isdecimal() or not 0 < int(number) <= _MAX_STARTS:
-        raise ConfigurationError('--starts', text, 'paper, or random:N with N from 1 to 1000000')
-    return random_starts(arena, int(number), np.random.default_rng(seed))
 
 
 def _config(options: argparse.Namespace, sessions: Sequence[SessionResult]) -> dict[str, object]:
