@@ -1,0 +1,141 @@
+"""The robot's node over real DDS: driving, contact, watchdog, services, parameters, clock."""
+
+from collections.abc import Callable
+import itertools
+import math
+from pathlib import Path
+
+import pytest
+from sensor_msgs.msg import LaserScan
+
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from ros_robot import RobotGraph, robot_graph
+
+pytestmark = pytest.mark.graph
+
+
+def drive_until(robot: RobotGraph, linear: float, condition: Callable[[], bool]) -> None:
+    """Send a command with every tick until something has come about."""
+    for _ in range(2000):
+        if condition():
+            return
+        robot.drive(linear, 0.0, robot.clock_ns[-1])
+        robot.wait_for_ticks(1)
+    pytest.fail(f'2000 ticks were not enough:\n{robot.log}')
+
+
+def pressed(scan: LaserScan) -> list[int]:
+    return [i for i, reading in enumerate(scan.ranges) if math.isfinite(reading)]
+
+
+def test_the_watchdog_stops_a_robot_that_hears_nothing(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=4.0, start_pose='[1.778, 4.5, -1.5708]') as robot:
+        robot.wait_for_ticks(2)
+        drive_until(robot, 0.3, lambda: robot.pose.y_m < 4.2)
+        assert robot.speed_m_per_s == pytest.approx(0.3)
+        last_y_m = robot.pose.y_m
+        robot.wait(lambda: robot.speed_m_per_s == 0.0)
+        stopped_y_m = robot.pose.y_m
+        robot.wait_for_ticks(10)
+        assert robot.pose.y_m == stopped_y_m
+        # The watchdog's half second, a ramp of 0.06 m, and commands that were still under way.
+        assert 0.2 < last_y_m - stopped_y_m < 1.0
+        assert 'Traceback' not in robot.log
+
+
+def test_bumpers_tell_contact_and_the_wall_holds(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=4.0, start_pose='[1.0, 0.4, -1.4708]') as robot:
+        robot.wait_for_ticks(2)
+        assert not pressed(robot.scans[-1])
+        drive_until(robot, 0.5, lambda: bool(pressed(robot.scans[-1])))
+        robot.wait_for_ticks(5)
+        scan = robot.scans[-1]
+        # The wall is 5.7 degrees to the right of sensor 0, which looks along the first heading.
+        assert pressed(scan) == [0, 19]
+        assert scan.ranges[0] == pytest.approx(0.225)
+        assert len(scan.ranges) == 20
+        assert scan.angle_increment == pytest.approx(math.radians(18.0))
+        assert robot.pose.y_m == pytest.approx(0.225, abs=1e-6)
+        drive_until(robot, -0.3, lambda: robot.pose.y_m > 0.25)
+        robot.wait_for_ticks(1)
+        assert not pressed(robot.scans[-1])
+
+
+def test_resets_move_the_robot_and_never_the_clock_back(tmp_path: Path) -> None:
+    places = [(1.0, 1.0, 0.0), (2.5, 4.0, 1.0), (0.5, 2.0, -2.0)]
+    with robot_graph(tmp_path, speed=4.0) as robot:
+        for x_m, y_m, heading_rad in places:
+            robot.wait_for_ticks(3)
+            assert robot.set_parameter('start_pose', [x_m, y_m, heading_rad]).successful
+            answer = robot.reset()
+            assert answer.success
+            assert answer.message.startswith(f'at {x_m:.3f} m, {y_m:.3f} m')
+            robot.wait_for_ticks(2)
+            assert (robot.pose.x_m, robot.pose.y_m) == pytest.approx((x_m, y_m))
+            assert robot.pose.heading_rad == pytest.approx(heading_rad)
+        clock_ns = list(robot.clock_ns)
+        stamps_ns = [stamp_from_msg(message.header.stamp) for message in robot.truth]
+    for times_ns in (clock_ns, stamps_ns):
+        assert all(later > earlier for earlier, later in itertools.pairwise(times_ns))
+
+
+def test_refuses_parameters_with_a_reason(tmp_path: Path) -> None:
+    with robot_graph(tmp_path) as robot:
+        for name, value, said in [
+            ('start_pose', [0.1, 1.0, 0.0], 'on the free floor'),
+            ('start_pose', [1.0, 1.0], 'start_pose = '),
+            ('start_pose', [1.0, math.nan, 0.0], 'start_pose'),
+            ('speed', -1.0, 'speed'),
+            ('speed', 1000.0, 'speed'),
+            ('watchdog_s', 1.0, 'read-only'),
+            ('seed', 3, 'read-only'),
+        ]:
+            result = robot.set_parameter(name, value)
+            assert not result.successful, name
+            assert said in result.reason
+        assert robot.reset().success
+        robot.wait_for_ticks(2)
+        assert robot.pose.y_m == pytest.approx(4.5)
+
+
+def test_a_pause_holds_the_clock_and_services_answer_in_it(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=4.0) as robot:
+        robot.wait_for_ticks(3)
+        answer = robot.pause(on=True)
+        assert (answer.success, answer.message) == (True, 'paused')
+        robot.serve_until(lambda: False, 0.2)
+        held_ns = robot.clock_ns[-1]
+        robot.serve_until(lambda: False, 0.5)
+        assert robot.clock_ns[-1] == held_ns
+        assert robot.reset().success
+        assert robot.pause(on=False).message == 'running'
+        robot.wait_for_ticks(3)
+        # No time is made up for: the next tick is one period later.
+        index = robot.clock_ns.index(held_ns)
+        assert robot.clock_ns[index + 1] == held_ns + 40_000_000
+
+
+def test_the_speed_may_change_while_it_runs(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=0.01) as robot:
+        # At 0.01 a tick comes every four seconds; at 20 there are 500 in a second.
+        robot.wait(lambda: bool(robot.clock_ns))
+        assert robot.set_parameter('speed', 20).successful
+        robot.wait_for_ticks(100)
+        assert robot.set_parameter('speed', 0.01).successful
+        robot.serve_until(lambda: False, 0.2)
+        count = len(robot.clock_ns)
+        robot.serve_until(lambda: False, 0.5)
+        assert len(robot.clock_ns) - count <= 1
+        spacing_ns = {b - a for a, b in itertools.pairwise(robot.clock_ns)}
+        assert spacing_ns == {40_000_000}
+
+
+def test_a_command_with_a_number_that_is_none_is_refused_and_the_robot_lives(
+    tmp_path: Path,
+) -> None:
+    with robot_graph(tmp_path, speed=4.0) as robot:
+        robot.wait_for_ticks(2)
+        drive_until(robot, math.nan, lambda: '/cmd_vel: ' in robot.log)
+        robot.wait_for_ticks(3)
+        assert robot.speed_m_per_s == 0.0
+        assert 'Traceback' not in robot.log
