@@ -21,7 +21,8 @@ from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, QosOffer
 __all__ = ['bag_topic', 'publisher_profile', 'recording_profile']
 
 _REPLAY_DEPTH: Final = 10
-"""Queue of a replayed topic whose depth the bag does not know, rosbag2's number."""
+"""Queue of a replayed topic whose depth the bag does not know, rosbag2's number. Of a latched
+topic each publisher's last message is kept."""
 
 
 def bag_topic(node: Node, name: str, type_name: str) -> BagTopic:
@@ -84,9 +85,9 @@ def publisher_profile(offers: Sequence[QosOffer]) -> QoSProfile:
     Args:
         offers: What the recorded publishers offered.
     """
-    depth = max((offer.depth for offer in offers), default=0) or _REPLAY_DEPTH
     reliable = not offers or any(offer.reliability == 'reliable' for offer in offers)
-    latched = any(offer.durability == 'transient_local' for offer in offers)
+    latched = sum(offer.durability == 'transient_local' for offer in offers)
+    depth = max((offer.depth for offer in offers), default=0) or latched or _REPLAY_DEPTH
     profile = QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,

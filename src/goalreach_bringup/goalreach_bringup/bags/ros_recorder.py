@@ -33,7 +33,8 @@ _POLL_S: Final = 0.004
 
 _DISCOVER_S: Final = 0.1
 _DECIDE_S: Final = 1.0
-"""So long messages are held back until it is clear whether the graph has a clock."""
+"""From the first message on, so long messages are held back until it is clear whether the graph
+has a clock."""
 
 _QUIET_S: Final = 0.3
 _DRAIN_S: Final = 3.0
@@ -115,7 +116,7 @@ class Recorder(Node):
                 recorded.announce()
 
     def _decide_clock(self, now_s: float) -> None:
-        if self._sim_time is None and now_s - self._began_s >= _DECIDE_S:
+        if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
             self._sim_time = self._channels.has_clock()
             if not self._sim_time:
                 self._release()
@@ -131,6 +132,8 @@ class Recorder(Node):
                 self._sim_time = True
                 self._release()
         if self._sim_time is None or (self._sim_time and self._clock_ns is None):
+            if not self._held:
+                self._began_s = time.monotonic()
             self._held.append(arrival)
         else:
             self._put(arrival)

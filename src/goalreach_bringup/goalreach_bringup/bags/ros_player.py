@@ -1,0 +1,200 @@
+"""The player: the messages of a bag into the graph again, in their time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import itertools
+import time
+from typing import Any, Final
+
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from goalreach_bringup.bags.bag_reader_file import BagMessage, BagReader
+from goalreach_bringup.bags.decoder import Decoder
+from goalreach_bringup.bags.errors import BagError
+from goalreach_bringup.bags.replay_timer import ReplayTimer
+from goalreach_bringup.bags.replaying import ReplayOptions
+from goalreach_bringup.bags.ros_endpoints import publisher_profile
+from goalreach_bringup.ros2cli.interface_types import message_class
+from goalreach_msgs_py.ros_common_messages import stamp_to_msg
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.topics import CLOCK
+
+__all__ = ['Player']
+
+_NS_PER_S: Final = 1_000_000_000
+_CLOCK_PERIOD_NS: Final = 25_000_000
+"""Where the bag has no clock one is made, at 40 Hz as rosbag2 does."""
+
+_KEY_S: Final = 0.05
+_LINGER_S: Final = 0.3
+"""Time for the last messages to be fetched before the publishers go. Chosen."""
+
+_FASTER: Final = 1.25
+
+
+class Player(Node):
+    """Publishes the messages of a bag as they are, with the quality of service they had.
+
+    Publishes: the selected topics; `/clock` only when asked: the recorded one, or one made of
+    the receive times.
+
+    Args:
+        bag: The bag, open.
+        options: What to play, and how.
+
+    Raises:
+        GoalreachError: There is nothing to play, or a type is of another definition here.
+    """
+
+    def __init__(self, bag: BagReader, options: ReplayOptions) -> None:
+        """Make the publishers."""
+        super().__init__('player', start_parameter_services=False, enable_rosout=False)
+        self._bag = bag
+        self._options = options
+        names = [name for name in bag.topics if options.selection.includes(name)]
+        self._makes_clock = options.clock and CLOCK not in names
+        if not options.clock:
+            names = [name for name in names if name != CLOCK]
+        bag.require(options.selection.full_names)
+        if not any(bag.counts[name] for name in names):
+            raise BagError(bag.path, 'holds no message of what is to be replayed')
+        Decoder(bag.topics[name] for name in names)
+        self._names = names
+        self._first_ns = bag.first_ns + round(options.start_s * _NS_PER_S)
+        self._stop_ns = bag.last_ns + 1
+        if options.duration_s is not None:
+            lasts_ns = round(options.duration_s * _NS_PER_S)
+            self._stop_ns = min(self._stop_ns, self._first_ns + lasts_ns)
+        if self._first_ns >= self._stop_ns:
+            lasts_s = (bag.last_ns - bag.first_ns) / _NS_PER_S
+            raise BagError(bag.path, f'ends after {lasts_s:.3f} s, before the start asked for')
+        self._outlets: dict[str, Any] = {name: self._publisher(name) for name in names}
+        self._clock: Any = None
+        if self._makes_clock:
+            self._clock = self.create_publisher(Clock, CLOCK, RELIABLE_QOS)
+        self._timer = ReplayTimer(rate=options.rate, paused=options.paused)
+        self._clocked_ns = 0
+        self._quit = False
+        self._steps = 0
+
+    @property
+    def duration_ns(self) -> int:
+        """Time of the bag that is played."""
+        return self._stop_ns - self._first_ns
+
+    def play(
+        self,
+        is_over: Callable[[], bool],
+        key: Callable[[float], str],
+        watch: Callable[[int], None],
+    ) -> int:
+        """Play to the end, or until told to stop; return the messages sent.
+
+        Args:
+            is_over: Looked at between messages.
+            key: Waits for a key within a time; space pauses, s or right steps, up and down
+                change the rate, q ends.
+            watch: Called with the nanoseconds of the bag that were played since the last call.
+        """
+        time.sleep(self._options.delay_s)
+        sent = 0
+        while True:
+            sent += self._play_once(is_over, key, watch)
+            if not self._options.loop or self._quit or is_over():
+                break
+        self._linger()
+        return sent
+
+    def _publisher(self, name: str) -> Any:
+        topic = self._bag.topics[name]
+        profile = publisher_profile(topic.offers)
+        return self.create_publisher(message_class(topic.type_name), name, profile)
+
+    def _play_once(
+        self,
+        is_over: Callable[[], bool],
+        key: Callable[[float], str],
+        watch: Callable[[int], None],
+    ) -> int:
+        sent = self._catch_up()
+        self._timer.begin(now_s=time.monotonic(), at_ns=self._first_ns)
+        self._clocked_ns = 0
+        at_ns = self._first_ns
+        for time_ns, messages in self._instants():
+            self._wait_for(time_ns, is_over, key)
+            if self._quit or is_over():
+                return sent
+            watch(time_ns - at_ns)
+            at_ns = time_ns
+            for message in messages:
+                self._outlets[message.topic].publish(message.data)
+                sent += 1
+        return sent
+
+    def _instants(self) -> Iterator[tuple[int, Iterator[BagMessage]]]:
+        """Yield the messages, those of one receive time together."""
+        messages = self._bag.messages(self._names, start_ns=self._first_ns, stop_ns=self._stop_ns)
+        yield from itertools.groupby(messages, key=lambda message: message.time_ns)
+
+    def _catch_up(self) -> int:
+        """Publish what latched topics held at the start."""
+        latched = [
+            name
+            for name in self._names
+            if any(o.durability == 'transient_local' for o in self._bag.topics[name].offers)
+        ]
+        sent = 0
+        if latched and self._first_ns > self._bag.first_ns:
+            for message in self._bag.messages(latched, stop_ns=self._first_ns):
+                self._outlets[message.topic].publish(message.data)
+                sent += 1
+        return sent
+
+    def _wait_for(
+        self, time_ns: int, is_over: Callable[[], bool], key: Callable[[float], str]
+    ) -> None:
+        """Wait until a time of the bag has come, or a step leads there."""
+        while not self._quit and not is_over():
+            now_s = time.monotonic()
+            self._tell_time(now_s, time_ns)
+            if self._timer.paused:
+                self._obey(key(_KEY_S))
+                if self._steps:
+                    self._steps -= 1
+                    self._timer.step_to(time.monotonic(), time_ns)
+                    self._tell_time(time.monotonic(), time_ns)
+                    return
+                continue
+            wait_s = self._timer.due_s(time_ns) - now_s
+            if wait_s <= 0.0:
+                return
+            if self._clock is not None:
+                wait_s = min(wait_s, _CLOCK_PERIOD_NS / (_NS_PER_S * self._timer.rate))
+            self._obey(key(min(wait_s, _KEY_S)))
+
+    def _tell_time(self, now_s: float, limit_ns: int) -> None:
+        if self._clock is None:
+            return
+        time_ns = min(self._timer.time_ns(now_s), limit_ns)
+        if time_ns - self._clocked_ns >= _CLOCK_PERIOD_NS or time_ns == limit_ns:
+            self._clocked_ns = time_ns
+            self._clock.publish(Clock(clock=stamp_to_msg(time_ns)))
+
+    def _obey(self, key: str) -> None:
+        now_s = time.monotonic()
+        if key == ' ':
+            self._timer.toggle(now_s)
+        elif key in ('s', 'right'):
+            self._steps += self._timer.paused
+        elif key in ('up', 'down'):
+            self._timer.change_rate(now_s, _FASTER if key == 'up' else 1.0 / _FASTER)
+        elif key == 'q':
+            self._quit = True
+
+    def _linger(self) -> None:
+        for outlet in self._outlets.values():
+            outlet.wait_for_all_acked(Duration(seconds=_LINGER_S))
+        time.sleep(_LINGER_S)
