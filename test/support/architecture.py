@@ -35,7 +35,17 @@ ROSDEP_KEYS = {
     'yaml': 'python3-yaml',
 }
 # Without such a key, or only in an extra: pyproject.toml alone names them.
-PIP_ONLY = {'filterpy', 'gymnasium', 'irsim', 'rosbags'}
+PIP_ONLY = {
+    'fastapi',
+    'filterpy',
+    'gymnasium',
+    'irsim',
+    'nicegui',
+    'rosbags',
+    'stable_baselines3',
+    'torch',
+    'uvicorn',
+}
 
 IO_MODULES = {
     'asyncio',

@@ -1,0 +1,44 @@
+"""Where the ROS thread and the web thread meet: the newest view, and what people ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future
+import contextlib
+import queue
+from typing import Any
+
+from goalreach_bringup.dashboard.patch import View
+from goalreach_bringup.dashboard.steering import Request
+
+__all__ = ['Board']
+
+
+class Board:
+    """A notice board: assignments of whole values, and one queue.
+
+    Attributes:
+        view: The newest view; replaced as a whole.
+        viewers: Number of pages that are open.
+        controls: Values for the controls: `paused`, `mode`, `speed`, `noise`, ...; replaced as
+            a whole.
+    """
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self.view: View = {}
+        self.viewers = 0
+        self.controls: dict[str, Any] = {}
+        self._asked: queue.SimpleQueue[tuple[Request, Future[str]]] = queue.SimpleQueue()
+
+    def ask(self, request: Request) -> Future[str]:
+        """Hand a request to the graph; the future gives the answer or the reason of refusal."""
+        answer: Future[str] = Future()
+        self._asked.put((request, answer))
+        return answer
+
+    def asked(self) -> Iterator[tuple[Request, Future[str]]]:
+        """Yield what has been asked for since the last call."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                yield self._asked.get_nowait()

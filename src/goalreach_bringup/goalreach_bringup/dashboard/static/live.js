@@ -1,0 +1,54 @@
+// Applies patches of the view to the page's elements, which carry their names as data-testid.
+// A patch is {name: {attribute: value}}; 'text' and 'html' are the content, '+name' appends.
+// The page asks for the next patch when it has painted the last one: a hidden page asks for none.
+export default {
+  template: '<div class="live" ref="root" v-once v-html="skeleton"></div>',
+  props: { skeleton: String },
+  mounted() {
+    this.elements = new Map();
+    for (const element of this.$refs.root.querySelectorAll('[data-testid]')) {
+      this.elements.set(element.dataset.testid, element);
+    }
+    const arena = this.elements.get('arena');
+    arena.addEventListener('pointerdown', (event) => this.press(event));
+    arena.addEventListener('pointerup', (event) => this.release(event));
+    this.$emit('next', true);
+  },
+  methods: {
+    apply(patch) {
+      for (const [name, changes] of Object.entries(patch)) {
+        const element = this.elements.get(name);
+        if (!element) continue;
+        for (const [key, value] of Object.entries(changes)) this.change(element, key, value);
+      }
+      requestAnimationFrame(() => this.$emit('next', false));
+    },
+    change(element, key, value) {
+      if (key === 'text') element.textContent = value;
+      else if (key === 'html') element.innerHTML = value;
+      else if (key[0] === '+') {
+        const name = key.slice(1);
+        element.setAttribute(name, (element.getAttribute(name) || '') + value);
+      } else element.setAttribute(key, value);
+    },
+    mark(name, on) {
+      document.body.classList.toggle(name, on);
+    },
+    place(event) {
+      const arena = this.elements.get('arena');
+      const point = new DOMPoint(event.clientX, event.clientY);
+      return point.matrixTransform(arena.getScreenCTM().inverse());
+    },
+    press(event) {
+      if (!document.body.classList.contains('placing')) return;
+      event.preventDefault();
+      this.pressed = this.place(event);
+    },
+    release(event) {
+      if (!document.body.classList.contains('placing') || !this.pressed) return;
+      const [from, to] = [this.pressed, this.place(event)];
+      this.pressed = null;
+      this.$emit('place', { x: from.x, y: from.y, dx: to.x - from.x, dy: to.y - from.y });
+    },
+  },
+};

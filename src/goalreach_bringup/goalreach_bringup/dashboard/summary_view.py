@@ -1,0 +1,76 @@
+"""The page's head: how the run stands, and the health of nodes and topics."""
+
+from __future__ import annotations
+
+from goalreach_bringup.dashboard.health import NodeStatus
+from goalreach_bringup.dashboard.page_state import TOPICS_OF, PageState
+from goalreach_bringup.dashboard.patch import View
+from goalreach_bringup.run.plan import CONTROLLER, ROBOT
+
+__all__ = ['health_view', 'run_status', 'summary_view']
+
+
+def run_status(state: PageState, now_s: float) -> str:
+    """Return the state of the run in one word or two."""
+    health = state.health
+    found = {name: health.status(name, now_s) for name in health.nodes}
+    if NodeStatus.DOWN in found.values():
+        silent = [name for name in found if found[name] is NodeStatus.DOWN]
+        first = max(silent, key=lambda name: health.silent_s(name, now_s))
+        return f'{first} is silent' if len(silent) < len(found) else 'the graph is silent'
+    if all(status is NodeStatus.UNSEEN for status in found.values()):
+        return 'waiting for a graph'
+    if found[ROBOT] is NodeStatus.QUIET:
+        return 'paused'
+    return 'learning' if state.learning else 'driving'
+
+
+def summary_view(state: PageState, now_s: float) -> View:
+    """Return the head's figures."""
+    status = run_status(state, now_s)
+    book = state.book
+    parameters = state.parameters[ROBOT]
+    view = {
+        'status': {'text': status, 'class': f'chip {_tone(status)}'},
+        'mode': {'text': 'learning' if state.learning else state.mode},
+        'success': {'text': f'{book.goals} of {book.paths}' if book.paths else '–'},
+        'sim-time': {'text': f'{state.clock_ns * 1e-9:.1f} s' if state.clock_ns else '–'},
+    }
+    if not state.parameters[CONTROLLER]:
+        view['mode'] = {'text': '–'}
+    if book.last is not None:
+        number = book.last.path + (2 if book.last.outcome is not None else 1)
+        view['path'] = {'text': str(number)}
+    if parameters.get('clock') == 'lockstep':
+        view['speed'] = {'text': 'lockstep'}
+    elif 'speed' in parameters:
+        view['speed'] = {'text': f'{parameters["speed"]:g}×'}
+    return view
+
+
+def _tone(status: str) -> str:
+    if 'silent' in status:
+        return 'down'
+    return 'quiet' if status in ('paused', 'waiting for a graph') else 'up'
+
+
+def health_view(state: PageState, now_s: float) -> View:
+    """Return nodes and topics: a word beside every colour."""
+    health = state.health
+    view: dict[str, dict[str, str]] = {}
+    for name in health.nodes:
+        status = health.status(name, now_s)
+        rate = health.topics.get(TOPICS_OF[name][0])
+        words = {
+            NodeStatus.UP: f'{rate.rate_hz(now_s):.0f} Hz' if rate else 'up',
+            NodeStatus.QUIET: 'answers, sends nothing',
+            NodeStatus.DOWN: f'silent for {health.silent_s(name, now_s):.0f} s',
+            NodeStatus.UNSEEN: 'not seen',
+        }
+        view[f'node-{name}'] = {'class': f'node {status.value}'}
+        view[f'word-{name}'] = {'text': words[status]}
+    rows = []
+    for topic, rate in sorted(health.topics.items()):
+        rows.append(f'<li><span>{topic}</span><b>{rate.rate_hz(now_s):.1f}</b></li>')
+    view['topics'] = {'html': ''.join(rows)}
+    return view
