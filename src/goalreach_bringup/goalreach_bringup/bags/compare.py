@@ -45,7 +45,11 @@ class TopicComparison:
 
 
 def compare_bags(
-    first: BagReader, second: BagReader, includes: Callable[[str], bool]
+    first: BagReader,
+    second: BagReader,
+    includes: Callable[[str], bool],
+    *,
+    times: bool = True,
 ) -> list[TopicComparison]:
     """Compare topic by topic, message by message in order: receive time and bytes.
 
@@ -53,12 +57,15 @@ def compare_bags(
         first: A bag.
         second: Another one.
         includes: Tells by its name whether a topic is compared.
+        times: Whether receive times count.
 
     Returns:
         One comparison per topic, those that differ first, the earliest difference on top.
     """
     names = sorted(name for name in {*first.topics, *second.topics} if includes(name))
     mine, yours = _digests(first, names), _digests(second, names)
+    if not times:
+        mine, yours = _without_times(mine), _without_times(yours)
     found = [_compare(name, mine[name], yours[name], first, second) for name in names]
     return sorted(found, key=lambda c: (c.same, c.time_ns or 0, c.topic))
 
@@ -69,6 +76,10 @@ def _digests(bag: BagReader, names: Iterable[str]) -> dict[str, list[_Digest]]:
         digest = hashlib.blake2b(message.data, digest_size=16).digest()
         digests[message.topic].append((message.time_ns, digest))
     return digests
+
+
+def _without_times(digests: dict[str, list[_Digest]]) -> dict[str, list[_Digest]]:
+    return {name: [(0, digest) for _, digest in values] for name, values in digests.items()}
 
 
 def _compare(
@@ -87,8 +98,8 @@ def _compare(
         return TopicComparison(topic=name, counts=counts, where=where, time_ns=0)
     for index, (left, right) in enumerate(itertools.zip_longest(mine, yours)):
         if left != right:
-            time_ns = (left or right or (0, b''))[0]
             where = _describe(name, index, first, second, (left, right))
+            time_ns = _nth(first if left else second, name, index).time_ns
             return TopicComparison(topic=name, counts=counts, where=where, time_ns=time_ns)
     return TopicComparison(topic=name, counts=counts)
 
@@ -103,18 +114,18 @@ def _describe(
     left, right = pair
     if left is None or right is None:
         return f'message {index}: only in the {"second" if left is None else "first"}'
-    where = f'message {index} at {left[0] * 1e-9:.3f} s'
+    messages = [_nth(bag, name, index) for bag in (first, second)]
+    where = f'message {index} at {messages[0].time_ns * 1e-9:.3f} s'
     if left[1] == right[1]:
-        return f'{where}: received at {right[0] * 1e-9:.3f} s in the second'
-    values = []
-    for bag, time_ns in ((first, left[0]), (second, right[0])):
-        message = _nth(bag, name, index, time_ns)
-        values.append(Decoder([bag.topics[name]]).decode(name, message.data))
+        return f'{where}: received at {messages[1].time_ns * 1e-9:.3f} s in the second'
+    values = [
+        Decoder([bag.topics[name]]).decode(name, message.data)
+        for bag, message in zip((first, second), messages, strict=True)
+    ]
     for difference in differences(*values):
         return f'{where}: {difference.field} = {difference.first} and {difference.second}'
     return f'{where}: the same values in other bytes'
 
 
-def _nth(bag: BagReader, name: str, index: int, time_ns: int) -> BagMessage:
-    """Return a message by its number, knowing its time: only what is before it is counted."""
-    return next(itertools.islice(bag.messages([name], stop_ns=time_ns + 1), index, None))
+def _nth(bag: BagReader, name: str, index: int) -> BagMessage:
+    return next(itertools.islice(bag.messages([name]), index, None))

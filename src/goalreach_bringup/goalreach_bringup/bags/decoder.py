@@ -16,6 +16,7 @@ from goalreach_msgs_py.errors import GoalreachError
 __all__ = ['Decoder', 'flatten']
 
 _HASH: Final = 'RIHS01_'
+_KEY_VALUE: Final = 'diagnostic_msgs/msg/KeyValue'
 
 
 class Decoder:
@@ -77,6 +78,8 @@ class Decoder:
 def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: ANN401 - any
     """Yield the fields of a message by their dotted names, arrays of numbers whole.
 
+    The values of diagnostics are named by their keys.
+
     Args:
         value: A message or a part of one.
         name: Name of that part.
@@ -89,6 +92,9 @@ def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
     elif isinstance(value, list) and not isinstance(value, np.ndarray):
         yield f'{name}.length', len(value)
         for index, element in enumerate(value):
-            yield from flatten(element, f'{name}[{index}]')
+            if getattr(element, '__msgtype__', '') == _KEY_VALUE:
+                yield f'{name}.{element.key}', element.value
+            else:
+                yield from flatten(element, f'{name}[{index}]')
     else:
         yield name, value
