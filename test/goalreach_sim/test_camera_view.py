@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.camera_view import CameraPose, CameraView
 
 Distortion = tuple[float, float, float, float, float]
@@ -32,7 +33,7 @@ def make_pose(
     )
 
 
-def led(y_m: float, z_m: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def led(y_m: float, z_m: float) -> FloatArray:
     return np.array([[2.0, y_m, 1.0 + z_m]])
 
 

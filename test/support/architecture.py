@@ -36,16 +36,9 @@ ROSDEP_KEYS = {
 }
 # Without such a key, or only in an extra: pyproject.toml alone names them.
 PIP_ONLY = {
-    'fastapi',
-    'filterpy',
-    'gymnasium',
-    'irsim',
-    'nicegui',
-    'rosbags',
-    'stable_baselines3',
-    'torch',
-    'uvicorn',
-}
+    'fastapi', 'filterpy', 'gymnasium', 'irsim', 'nicegui', 'rosbags',
+    'stable_baselines3', 'torch', 'uvicorn',
+}  # fmt: skip
 
 IO_MODULES = {
     'asyncio',

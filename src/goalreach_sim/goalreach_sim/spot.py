@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 
@@ -62,9 +63,7 @@ def spot_window(
     return rows, columns
 
 
-def add_light(
-    window: np.ndarray[tuple[int, int], np.dtype[np.uint8]], light_dn: FloatArray
-) -> None:
+def add_light(window: NDArray[np.uint8], light_dn: FloatArray) -> None:
     """Add light to a part of an image in place; it rounds, and saturates at 255."""
     light_dn += window
     np.rint(light_dn, out=light_dn)
