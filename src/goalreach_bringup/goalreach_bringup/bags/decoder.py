@@ -86,7 +86,8 @@ def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
     """
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            if not field.name.startswith('__'):
+            is_constant = hasattr(type(value), field.name)
+            if not is_constant:
                 inner = f'{name}.{field.name}' if name else field.name
                 yield from flatten(getattr(value, field.name), inner)
     elif isinstance(value, list) and not isinstance(value, np.ndarray):

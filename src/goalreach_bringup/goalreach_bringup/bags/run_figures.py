@@ -96,8 +96,9 @@ def _error(series: RunSeries) -> Figure:
         axes[k].fill_between(series.time_s, -band, band, color=SKY, alpha=0.35, linewidth=0)
         axes[k].plot(series.time_s, error[:, k] * factor, color=BLUE, linewidth=1.0)
         axes[k].set_ylabel(label)
-        limit = 1.2 * float(max(np.percentile(band, 95), np.abs(error[:, k] * factor).max()))
-        axes[k].set_ylim(-limit or -1.0, limit or 1.0)
+        largest = np.nan_to_num(np.stack([band, np.abs(error[:, k]) * factor])).max(axis=1)
+        limit = 1.2 * float(max(np.nan_to_num(np.nanpercentile(band, 95)), largest[1])) or 1.0
+        axes[k].set_ylim(-limit, limit)
     return figure
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -39,8 +39,8 @@ class RunSeries:
         arena: Where it was driven.
         time_s: The stamps, (n).
         truth: True x, y, heading, m and rad, (n, 3).
-        estimate: Estimated x, y, heading, (n, 3).
-        sigma: Standard deviations of the estimate, (n, 3).
+        estimate: Estimated x, y, heading, (n, 3); NaN where it was not to be trusted.
+        sigma: Standard deviations of the estimate, (n, 3); NaN likewise.
         memberships: Of LEFT-SIDE, FRONT, RIGHT-SIDE, NEAR, MEDIUM, FAR, (n, 6).
         region: Index of the region in a table of 3 x 3, (n).
         q: Q-values of the region's actions, (n, 8); NaN where the bag has no Q-table.
@@ -99,14 +99,15 @@ def read_run_series(bag: BagReader) -> RunSeries:
         raise GoalreachError(f'{bag.path}: truth, pose and state have no stamp in common')
     poses = [by_topic[topics.POSE][s].pose for s in stamps]
     states = [by_topic[topics.STATE][s].status[0] for s in stamps]
+    doubt = np.array([state.level != 0 for state in states])
     region = np.array([_index(state.message) for state in states])
     commands = by_topic.get(topics.CMD_VEL, {})
     return RunSeries(
         arena=recorded_arena(bag),
         time_s=np.array(stamps) * _NS,
         truth=np.array([_pose(by_topic[topics.GROUND_TRUTH][s].pose.pose) for s in stamps]),
-        estimate=np.array([_pose(pose.pose) for pose in poses]),
-        sigma=np.array([_sigma(pose.covariance) for pose in poses]),
+        estimate=_trusted([_pose(pose.pose) for pose in poses], doubt),
+        sigma=_trusted([_sigma(pose.covariance) for pose in poses], doubt),
         memberships=np.array([_memberships(state) for state in states]),
         region=region,
         q=_q_over_time(by_topic.get(topics.Q_TABLE, {}), stamps, region),
@@ -122,6 +123,12 @@ def _pose(pose: Any) -> tuple[float, float, float]:  # noqa: ANN401 - a decoded 
 def _sigma(covariance: Any) -> Floats:  # noqa: ANN401 - a decoded message
     diagonal = np.asarray(covariance, dtype=np.float64).reshape(6, 6).diagonal()
     return np.sqrt(np.maximum(diagonal[list(_PLANAR)], 0.0))
+
+
+def _trusted(rows: Sequence[Any], doubt: NDArray[np.bool_]) -> Floats:
+    values = np.array(rows, dtype=np.float64)
+    values[doubt] = np.nan
+    return values
 
 
 def _memberships(status: Any) -> list[float]:  # noqa: ANN401 - a decoded message
