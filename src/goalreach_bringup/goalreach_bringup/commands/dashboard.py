@@ -12,8 +12,6 @@ from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 __all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
-TOKEN_VARIABLE = 'GOALREACH_DASHBOARD_TOKEN'  # noqa: S105 - the name of a variable
-"""Environment variable that holds the token: command lines are for everyone to read."""
 
 _LARGEST_PORT = 65535
 
@@ -50,7 +48,7 @@ def execute(options: argparse.Namespace) -> int:
         reason = f'needs {error.name}: install the extra, pip install "goalreach[dashboard]"'
         raise GoalreachError(reason) from None
     from goalreach_bringup.arena_choice import choose_arena
-    from goalreach_bringup.dashboard.listening import bind, is_loopback, url
+    from goalreach_bringup.dashboard.listening import TOKEN_VARIABLE, bind, is_loopback, url
     from goalreach_bringup.dashboard.ros_main import serve
 
     local = is_loopback(options.host)
@@ -62,5 +60,6 @@ def execute(options: argparse.Namespace) -> int:
     arena = choose_arena(options.arena)
     listener = bind(options.host, options.port)
     port = int(listener.getsockname()[1])
-    print(f'live page: {url(options.host, port, token)}', flush=True)
+    shown = None if options.controls else token  # the launcher tells its own link
+    print(f'live page: {url(options.host, port, shown)}', flush=True)
     return serve(listener, arena=arena, token=token, local=local)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from goalreach_bringup.arena_option import add_arena_option
 from goalreach_bringup.bags.storage import STORAGES
-from goalreach_bringup.commands.not_there_yet import refuse
 from goalreach_bringup.run.options import MODES, RunOptions, parse_start
 from goalreach_msgs_py.noise import NOISE_PRESETS
 
@@ -47,8 +46,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add(
         '--dashboard',
         action=argparse.BooleanOptionalAction,
-        default=False,
-        help='show the live page (not there yet)',
+        default=None,
+        help='show the live page (default: on a terminal, in real time)',
     )
     add('--params-file', type=Path, metavar='YAML', help='ROS 2 parameter file')
     add('--summary', type=Path, metavar='JSON', help='write the summary of the run')
@@ -63,8 +62,6 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     from goalreach_bringup.run.ros_session import RunSession
 
-    if arguments.dashboard:
-        return refuse('run --dashboard')
     return RunSession(_options(arguments)).execute()
 
 
@@ -82,6 +79,7 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
         noise=arguments.noise,
         learn=arguments.learn,
         composed=arguments.composed,
+        dashboard=arguments.dashboard,
         params_file=arguments.params_file,
         summary=arguments.summary,
         quiet=arguments.quiet,

@@ -7,10 +7,9 @@ import math
 
 from goalreach_bringup.dashboard.page_state import PageState
 from goalreach_bringup.dashboard.patch import View
-from goalreach_bringup.dashboard.svg import HIDDEN, VISIBLE, arrow, cm, rotate, translate
-from goalreach_learning.actions import ACTION_HEADINGS_RAD
+from goalreach_bringup.dashboard.policy_view import policy_view
+from goalreach_bringup.dashboard.svg import HIDDEN, VISIBLE, cm, rotate, translate
 from goalreach_learning.blending import Vote
-from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
@@ -19,9 +18,7 @@ from goalreach_msgs_py.values import Pose2, PoseEstimate
 __all__ = ['arena_view']
 
 _SIGHT_CM = 130.0
-_ARROW_CM = 34.0
 _COMMANDED_CM = 62.0
-_ROSE_CM = 34.0
 _WALL_CM = 5.0
 _CHI_95 = 2.4477
 """Radius of the ellipse that holds 95 % of a planar Gaussian, in standard deviations."""
@@ -38,7 +35,7 @@ def arena_view(state: PageState, cast: tuple[Vote, ...], heading_rad: float | No
     arena, robot = state.arena, state.robot
     view = {
         **_floor(arena),
-        **_policy(arena, state.policy, cast),
+        **policy_view(arena, state.policy, cast),
         'trail': {'points': robot.trail.text},
         'estimate-trail': {'points': robot.estimate_trail.text},
         **_robot(state),
@@ -123,53 +120,6 @@ def _names(arena: Arena) -> list[str]:
                 f'<text class="region" x="{x + 6:.1f}" y="{y + 24:.1f}">{y_label}{goal}</text>'
             )
     return parts
-
-
-def _policy(
-    arena: Arena, policy: Policy | None, cast: tuple[Vote, ...]
-) -> dict[str, dict[str, str]]:
-    if policy is None:
-        return {'cells': {'html': ''}, 'roses': {'html': ''}}
-    total = sum(vote.weight for vote in cast)
-    share = {vote.region: vote.weight / total for vote in cast} if total > 0 else {}
-    parts = []
-    for i in range(3):
-        for j in range(3):
-            action = policy.actions[i][j]
-            if action is None:
-                continue
-            x0, y0, x1, y1 = arena.regions.bounds((i, j))
-            x, y = cm((x0 + x1) / 2, (y0 + y1) / 2, arena.length_m)
-            angle_rad = ACTION_HEADINGS_RAD[action]
-            dx, dy = _ARROW_CM / 2 * math.cos(angle_rad), -_ARROW_CM / 2 * math.sin(angle_rad)
-            weight = share.get((i, j), 0.0)
-            name = 'arrow votes' if weight else 'arrow'
-            style = f' style="stroke-width:{3.5 + 2.5 * weight:.1f}"'
-            line = arrow(name, angle_rad, _ARROW_CM, style)
-            parts.append(f'<g transform="translate({x - dx:.1f} {y - dy:.1f})">{line}</g>')
-    return {'cells': {'html': ''.join(parts)}, 'roses': {'html': _roses(arena, policy)}}
-
-
-@lru_cache(maxsize=4)
-def _roses(arena: Arena, policy: Policy) -> str:
-    """Return the Q-values of every region as eight spokes and their best value in figures."""
-    scale = max(1e-9, float(abs(policy.q).max()))
-    parts = []
-    for i in range(3):
-        for j in range(3):
-            x0, y0, x1, y1 = arena.regions.bounds((i, j))
-            x, y = cm((x0 + x1) / 2, (y0 + y1) / 2, arena.length_m)
-            spokes = [f'<g transform="translate({x:.1f} {y:.1f})"><circle r="{_ROSE_CM}"/>']
-            for k, value in enumerate(policy.q[i, j].tolist()):
-                angle_rad = ACTION_HEADINGS_RAD[k]
-                reach = _ROSE_CM * abs(value) / scale
-                name = 'plus' if value >= 0 else 'minus'
-                end_x, end_y = reach * math.cos(angle_rad), -reach * math.sin(angle_rad)
-                spokes.append(f'<line class="{name}" x2="{end_x:.1f}" y2="{end_y:.1f}"/>')
-                label_x, label_y = 48 * math.cos(angle_rad), -45 * math.sin(angle_rad) + 3
-                spokes.append(f'<text x="{label_x:.1f}" y="{label_y:.1f}">{value:.2f}</text>')
-            parts.append(''.join(spokes) + '</g>')
-    return ''.join(parts)
 
 
 def _robot(state: PageState) -> dict[str, dict[str, str]]:

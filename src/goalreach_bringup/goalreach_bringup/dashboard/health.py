@@ -10,8 +10,10 @@ from typing import Final
 
 __all__ = ['Health', 'NodeStatus', 'TopicRate']
 
-_SILENT_S: Final = 1.2
+_SILENT_S: Final = 0.8
 """Silence after which a node is no longer taken for alive; a killed one is told within 2 s."""
+_SHOWN_S: Final = 2.0
+"""How long a silence is shown at least: a launcher may start a dead node again at once."""
 _WINDOW_S: Final = 2.0
 _SAMPLE_S: Final = 0.2
 
@@ -74,6 +76,7 @@ class Health:
         """Know no topic yet."""
         self._topics_of = dict(topics_of)
         self._answered_s: dict[str, float] = {}
+        self._down_s: dict[str, float] = {}
         self.topics: dict[str, TopicRate] = {}
 
     @property
@@ -93,8 +96,18 @@ class Health:
         """Return what is known of a node.
 
         UP publishes; QUIET answers and publishes nothing (the simulation stands still, or its
-        inputs are missing); DOWN does neither, and once did.
+        inputs are missing); DOWN does neither, and once did, or has only just come back.
         """
+        status = self._status(node, now_s)
+        if status is NodeStatus.DOWN:
+            self._down_s.setdefault(node, now_s)
+        elif now_s - self._down_s.get(node, -_SHOWN_S) < _SHOWN_S:
+            return NodeStatus.DOWN
+        else:
+            self._down_s.pop(node, None)
+        return status
+
+    def _status(self, node: str, now_s: float) -> NodeStatus:
         heard_s, answered_s = self._heard_s(node), self._answered_s.get(node)
         if heard_s is not None and now_s - heard_s < _SILENT_S:
             return NodeStatus.UP

@@ -7,9 +7,11 @@ from typing import Final
 
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['DEFAULT_PORT', 'bind', 'is_loopback', 'url']
+__all__ = ['DEFAULT_PORT', 'TOKEN_VARIABLE', 'bind', 'is_loopback', 'url']
 
 DEFAULT_PORT: Final = 8080
+TOKEN_VARIABLE: Final = 'GOALREACH_DASHBOARD_TOKEN'  # noqa: S105 - the name of a variable
+"""Environment variable that holds the token: command lines are for everyone to read."""
 _TRIES: Final = 20
 _LOOPBACK: Final = ('127.0.0.1', 'localhost', '::1')
 

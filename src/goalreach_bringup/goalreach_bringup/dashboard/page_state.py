@@ -28,6 +28,7 @@ from goalreach_msgs_py.values import (
 __all__ = ['TOPICS_OF', 'CameraPicture', 'PageState']
 
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
+_SLACK_NS: Final = 200_000_000
 TOPICS_OF: Final = {
     ROBOT: (CLOCK, GROUND_TRUTH),
     LOCALIZER: (POSE,),
@@ -71,7 +72,7 @@ class PageState:
         fov_rad: Horizontal field of view.
         clock_ns: The robot's time.
         parameters: By node, the parameters that it told.
-        paused: Whether this page paused the simulation.
+        paused_ns: The robot's time when this page paused the simulation, or None.
     """
 
     arena: Arena
@@ -87,7 +88,7 @@ class PageState:
     parameters: dict[str, Mapping[str, Any]] = field(
         default_factory=lambda: {name: {} for name in NODES}
     )
-    paused: bool = False
+    paused_ns: int | None = None
 
     def __post_init__(self) -> None:
         """Begin with an empty picture."""
@@ -122,6 +123,11 @@ class PageState:
     def learning(self) -> bool:
         """Whether the robot learns."""
         return bool(self.parameters[CONTROLLER].get('learn', False))
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether this page paused the simulation and nobody let it go on since."""
+        return self.paused_ns is not None and self.clock_ns <= self.paused_ns + _SLACK_NS
 
     def set_arena(self, arena: Arena) -> None:
         """Take another arena, as the robot told it."""

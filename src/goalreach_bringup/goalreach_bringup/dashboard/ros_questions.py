@@ -22,8 +22,8 @@ from goalreach_msgs_py.region_config import RegionConfig
 
 __all__ = ['Questions', 'arena_of', 'noise_of']
 
-_PERIOD_S: Final = 0.4
-_PATIENCE_S: Final = 1.0
+_PERIOD_S: Final = 0.25
+_PATIENCE_S: Final = 0.75
 _ARENA: Final = (
     'arena_width_m',
     'arena_length_m',
@@ -42,7 +42,7 @@ _SAME: Final = 1e-9
 
 
 class Questions:
-    """One question to each node every 0.4 s.
+    """One question to each node every quarter of a second.
 
     Args:
         node: A node on an executor.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import fields
-from typing import Any
+from typing import Any, Final
 
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import SetParametersAtomically
@@ -31,6 +31,9 @@ from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE
 __all__ = ['RefusedError', 'Steering']
 
 
+_AT_START: Final = ' A robot that refuses takes its noise when it starts: run --noise.'
+
+
 class RefusedError(GoalreachError):
     """A node did not do what it was asked; the text is its reason."""
 
@@ -40,7 +43,7 @@ class Steering:
 
     Args:
         node: A node on an executor.
-        state: Told when the simulation was paused.
+        state: Told when the simulation was paused, or goes on.
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
@@ -70,14 +73,14 @@ class Steering:
             case NoiseRequest(preset=preset):
                 model = noise_preset(preset)
                 values = {f'noise.{f.name}': getattr(model, f.name) for f in fields(NoiseModel)}
-                self._assign(ROBOT, values, answer, _done(answer, f'noise: {preset}'))
+                self._assign(ROBOT, values, answer, _done(answer, f'noise: {preset}'), _AT_START)
 
     def _paused(self, paused: bool, answer: Future[str]) -> Callable[[Any], None]:  # noqa: FBT001
         def done(response: SetBool.Response) -> None:
             if not response.success:
                 _refuse(answer, response.message)
                 return
-            self._state.paused = paused
+            self._state.paused_ns = self._state.clock_ns if paused else None
             answer.set_result('paused' if paused else 'goes on')
 
         return done
@@ -100,6 +103,7 @@ class Steering:
         values: Mapping[str, object],
         answer: Future[str],
         then: Callable[[Any], None],
+        hint: str = '',
     ) -> None:
         messages: list[ParameterMsg] = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
@@ -109,7 +113,7 @@ class Steering:
             if response.result.successful:
                 then(response)
             else:
-                _refuse(answer, response.result.reason)
+                _refuse(answer, response.result.reason + hint)
 
         request = SetParametersAtomically.Request(parameters=messages)
         self._call(self._set[node], request, answer, done)

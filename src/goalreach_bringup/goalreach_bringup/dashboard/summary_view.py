@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from goalreach_bringup.dashboard.health import NodeStatus
 from goalreach_bringup.dashboard.page_state import TOPICS_OF, PageState
 from goalreach_bringup.dashboard.patch import View
 from goalreach_bringup.run.plan import CONTROLLER, ROBOT
+
+_BACK_S: Final = 0.5
 
 __all__ = ['health_view', 'run_status', 'summary_view']
 
@@ -20,7 +24,7 @@ def run_status(state: PageState, now_s: float) -> str:
         return f'{first} is silent' if len(silent) < len(found) else 'the graph is silent'
     if all(status is NodeStatus.UNSEEN for status in found.values()):
         return 'waiting for a graph'
-    if found[ROBOT] is NodeStatus.QUIET:
+    if state.stands_still or found[ROBOT] is NodeStatus.QUIET:
         return 'paused'
     return 'learning' if state.learning else 'driving'
 
@@ -54,6 +58,10 @@ def _tone(status: str) -> str:
     return 'quiet' if status in ('paused', 'waiting for a graph') else 'up'
 
 
+def _silence(silent_s: float) -> str:
+    return f'silent for {silent_s:.0f} s' if silent_s >= _BACK_S else 'was silent, is back'
+
+
 def health_view(state: PageState, now_s: float) -> View:
     """Return nodes and topics: a word beside every colour."""
     health = state.health
@@ -64,7 +72,7 @@ def health_view(state: PageState, now_s: float) -> View:
         words = {
             NodeStatus.UP: f'{rate.rate_hz(now_s):.0f} Hz' if rate else 'up',
             NodeStatus.QUIET: 'answers, sends nothing',
-            NodeStatus.DOWN: f'silent for {health.silent_s(name, now_s):.0f} s',
+            NodeStatus.DOWN: _silence(health.silent_s(name, now_s)),
             NodeStatus.UNSEEN: 'not seen',
         }
         view[f'node-{name}'] = {'class': f'node {status.value}'}

@@ -36,6 +36,7 @@ class RunOptions:
         params_file: Parameter file of the person, or None.
         summary: Where to write the summary, or None.
         quiet: Whether to leave out all but errors.
+        dashboard: Whether to show the live page; None where that depends on the terminal.
         record: Bag to record, or None.
         storage: Storage format of the bag.
     """
@@ -55,6 +56,7 @@ class RunOptions:
     params_file: Path | None
     summary: Path | None
     quiet: bool
+    dashboard: bool | None = False
     record: Path | None = None
     storage: str = 'mcap'
 

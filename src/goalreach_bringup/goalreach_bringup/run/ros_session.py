@@ -17,6 +17,7 @@ from goalreach_bringup.path_metrics import PathResult
 from goalreach_bringup.run.environment import make_run_directory
 from goalreach_bringup.run.learning_run import LearningRun
 from goalreach_bringup.run.options import RunOptions
+from goalreach_bringup.run.page_process import PageProcess, is_page_wanted
 from goalreach_bringup.run.plan import (
     CONTROLLER,
     NODES,
@@ -58,6 +59,7 @@ class RunSession:
         self._results: list[PathResult] = []
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
+        self._page: PageProcess | None = None
         self._sim_time_s = 0.0
 
     def execute(self) -> int:
@@ -93,6 +95,8 @@ class RunSession:
         self._report.say(f'logs, policy and parameters: {directory}')
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
+        if is_page_wanted(asked=options.dashboard, clock=str(parameters[ROBOT]['clock'])):
+            self._page = PageProcess(options.arena)
         self._recorder = self._make_recorder(directory, str(parameters[ROBOT]['clock']))
         try:
             self._drive(directory, policy, parameters)
@@ -135,6 +139,8 @@ class RunSession:
         try:
             if self._recorder is not None:
                 self._recorder.start(directory, self._report.warn)
+            if self._page is not None:
+                self._page.start(directory, tell=self._report.say, warn=self._report.warn)
             rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
             monitor = RunMonitor(
                 starts=self._starts,
@@ -149,6 +155,8 @@ class RunSession:
             if self._recorder is not None:
                 self._report.say(self._recorder.stop())
             graph.stop()
+            if self._page is not None:
+                self._page.stop()
 
     def _make_recorder(self, directory: Path, clock: str) -> RecorderProcess | None:
         if self._options.record is None:
@@ -162,6 +170,8 @@ class RunSession:
 
     def _is_over(self, monitor: RunMonitor) -> bool:
         self._sim_time_s = monitor.progress.last_ns * 1e-9
+        if self._page is not None:
+            self._page.look()
         if self._recorder is not None:
             self._recorder.require_started(began=monitor.progress.last_ns > 0)
         return self._complete()
