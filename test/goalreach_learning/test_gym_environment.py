@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -25,7 +27,6 @@ from goalreach_learning.gym_environment import (  # noqa: E402 - only where Gymn
 def test_passes_the_checker_without_a_warning(observation: str) -> None:
     from gymnasium.utils.env_checker import check_env
 
-    register()
     env = gymnasium.make(ENVIRONMENT_ID, observation=observation)
     with warnings.catch_warnings():
         warnings.simplefilter('error')
@@ -55,7 +56,6 @@ def test_a_wall_terminates_with_a_penalty() -> None:
 
 
 def test_going_to_and_fro_is_truncated() -> None:
-    register()
     env = gymnasium.make(ENVIRONMENT_ID)
     env.reset(options={'start': (0.5, 2.5)})
     ends = [env.step(np.int64(4 * (k % 2)))[2:4] for k in range(60)]
@@ -89,6 +89,25 @@ def test_refuses_what_it_does_not_have() -> None:
     for start in (22, (0.0, 0.0), (1.8, 1.0), (1.0,)):
         with pytest.raises(ConfigurationError, match='start'):
             GoalReachEnv().reset(options={'start': start})
+
+
+@pytest.mark.parametrize(
+    ('module', 'name'),
+    [
+        ('goalreach_learning.gym_environment', ENVIRONMENT_ID),
+        ('gymnasium', f'goalreach_learning.gym_environment:{ENVIRONMENT_ID}'),
+    ],
+)
+def test_is_known_after_the_import_alone(module: str, name: str) -> None:
+    program = f'import {module}, gymnasium; gymnasium.make({name!r})'
+    done = subprocess.run(
+        [sys.executable, '-W', 'error', '-c', program],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, done.stderr) == (0, '')
 
 
 def test_registering_twice_is_harmless() -> None:

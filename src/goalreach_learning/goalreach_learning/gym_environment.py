@@ -1,4 +1,8 @@
-"""The options of the paper as a Gymnasium environment; needs the extra `gym`."""
+"""The options of the paper as a Gymnasium environment; needs the extra `gym`.
+
+Importing this module makes `goalreach/GoalReach-v0` known to Gymnasium: since 1.0 that is how
+environments outside of it register.
+"""
 
 from __future__ import annotations
 
@@ -76,9 +80,8 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
 
     ```python
     import gymnasium
-    from goalreach_learning.gym_environment import register
+    import goalreach_learning.gym_environment
 
-    register()
     env = gymnasium.make('goalreach/GoalReach-v0', observation='region')
     ```
     """
@@ -205,3 +208,6 @@ def register() -> None:
         gymnasium.register(
             id=ENVIRONMENT_ID, entry_point=_ENTRY_POINT, max_episode_steps=_MAX_OPTIONS
         )
+
+
+register()

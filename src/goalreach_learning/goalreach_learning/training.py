@@ -31,11 +31,13 @@ class TrainingResult:
         policy: What was learned.
         success_by_trial: Share of the paths of each trial, exploring, that reached the goal.
         options: Actions taken in all.
+        length_m: Length driven in all, metres.
     """
 
     policy: Policy
     success_by_trial: tuple[float, ...]
     options: int
+    length_m: float
 
 
 def train(
@@ -56,19 +58,23 @@ def train(
     environment = OptionEnvironment(arena, overshoot_m=config.overshoot_m)
     learner = QLearner(config, arena.regions)
     success: list[float] = []
-    options = 0
+    options, length_m = 0, 0.0
     for trial in range(config.trials):
         temperature = config.temperature(trial)
         goals = 0
         for start in arena.starts:
-            reached, count = _run_path(environment, learner, start, temperature, rng)
+            reached, count, path_m = _run_path(environment, learner, start, temperature, rng)
             goals += reached
             options += count
+            length_m += path_m
         success.append(goals / len(arena.starts))
         if on_trial is not None:
             on_trial(trial, learner.policy())
     return TrainingResult(
-        policy=learner.policy(), success_by_trial=tuple(success), options=options
+        policy=learner.policy(),
+        success_by_trial=tuple(success),
+        options=options,
+        length_m=length_m,
     )
 
 
@@ -78,23 +84,25 @@ def _run_path(
     start: Pose2,
     temperature: float,
     rng: np.random.Generator,
-) -> tuple[bool, int]:
-    """Learn along one path; return whether it reached the goal and how many actions it took."""
+) -> tuple[bool, int, float]:
+    """Learn along one path; return whether it reached the goal, its actions and its metres."""
     goal = learner.regions.goal
     x_m, y_m = _jittered(environment, start, learner.config.start_jitter_m, rng)
     region = learner.regions.region_at(x_m, y_m)
     if region == goal:
-        return True, 0
+        return True, 0, 0.0
+    length_m = 0.0
     for count in range(1, learner.config.max_options + 1):
         action = learner.choose(region, temperature, rng.random())
-        x_m, y_m, next_region, bumped, _ = environment.advance(x_m, y_m, region, action)
+        x_m, y_m, next_region, bumped, step_m = environment.advance(x_m, y_m, region, action)
+        length_m += step_m
         reached = not bumped and next_region == goal
         reward = GOAL_REWARD if reached else BUMP_REWARD if bumped else 0.0
         learner.update(region, action, reward, next_region, terminal=reached or bumped)
         if reached or bumped:
-            return reached, count
+            return reached, count, length_m
         region = next_region
-    return False, learner.config.max_options
+    return False, learner.config.max_options, length_m
 
 
 def _jittered(

@@ -32,16 +32,17 @@ class IrSimDrives:
 
     Args:
         arena: Where to drive.
+        step_s: Length of a step, seconds.
     """
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, arena: Arena, *, step_s: float = STEP_S) -> None:
         # It prints on import which displays it could not open.
         with contextlib.redirect_stdout(io.StringIO()):
             import irsim
 
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / 'world.yaml'
-                path.write_text(yaml.safe_dump(_world(arena)))
+                path.write_text(yaml.safe_dump(_world(arena, step_s)))
                 self._environment: Any = irsim.make(
                     str(path), display=False, disable_all_plot=True, log_level='ERROR'
                 )
@@ -61,7 +62,7 @@ class IrSimDrives:
         return end
 
 
-def _world(arena: Arena) -> dict[str, Any]:
+def _world(arena: Arena, step_s: float) -> dict[str, Any]:
     config, width, length = DriveConfig(), arena.width_m, arena.length_m
     top = [config.translation_speed_m_per_s, config.steering_speed_rad_per_s]
     gain = [config.translation_acceleration_m_per_s2, config.steering_acceleration_rad_per_s2]
@@ -70,8 +71,8 @@ def _world(arena: Arena) -> dict[str, Any]:
         'world': {
             'width': width,
             'height': length,
-            'step_time': STEP_S,
-            'sample_time': STEP_S,
+            'step_time': step_s,
+            'sample_time': step_s,
             'collision_mode': 'stop',
         },
         'robot': [
