@@ -31,7 +31,8 @@ def test_a_short_stall_is_made_up_for_a_few_ticks_at_a_time() -> None:
     pacer.ticks_due(100.0)
     # 0.2 s of silence: 20 ticks are missing, five come at a time.
     assert [pacer.ticks_due(100.2) for _ in range(5)] == [5, 5, 5, 5, 0]
-    assert pacer.shortfall(105.1) is None
+    steady = [100.2 + 0.01 * k for k in range(1, 600)]
+    assert all(said is None for _, said in run(pacer, steady))
 
 
 def test_what_is_much_later_is_given_up_and_told() -> None:
@@ -51,6 +52,17 @@ def test_a_machine_of_half_the_speed_is_told_so() -> None:
         now_s += 0.0016 * max(1, pacer.ticks_due(now_s))
         said.append(pacer.shortfall(now_s))
     assert [value for value in said if value] == pytest.approx([25.0, 25.0], rel=0.02)
+
+
+@pytest.mark.parametrize(('stalls', 'told'), [(0, False), (1, True)])
+def test_tells_a_loss_of_more_than_two_percent(stalls: int, told: bool) -> None:  # noqa: FBT001
+    # One stall of 0.32 s costs seven of the 125 ticks of a report: 5.6 percent.
+    pacer = make()
+    times_s = [100.0 + 0.04 * k + (0.32 * stalls if k > 50 else 0.0) for k in range(130)]
+    said = [value for _, value in run(pacer, times_s) if value is not None]
+    assert bool(said) == told
+    if told:
+        assert said == [pytest.approx(118 / 125, abs=0.01)]
 
 
 def test_each_report_is_of_its_own_time() -> None:

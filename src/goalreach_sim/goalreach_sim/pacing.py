@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-__all__ = ['Pacer']
+__all__ = ['REPORT_S', 'Pacer']
 
 _BURST = 5
 """Most ticks in a row: commands must get through in between; chosen."""
@@ -12,15 +12,18 @@ _BURST = 5
 _LATE_S = 0.25
 """Lateness that is still made up for, such as a short stall of the machine, s; chosen."""
 
-_REPORT_S = 5.0
+REPORT_S = 5.0
 """Time over which the real speed is measured, s; chosen."""
+
+_HOLDS = 0.98
+"""Share of its speed from which a clock holds it; chosen."""
 
 
 class Pacer:
     """Says at a time how many ticks are due.
 
     A short delay is made up for, a few ticks at a time. What is later than that is given up
-    rather than piled up, and counts as shortfall. It reads no clock: the time is an argument.
+    rather than piled up. It reads no clock: the time is an argument.
 
     Args:
         period_s: Simulated time between ticks.
@@ -33,7 +36,7 @@ class Pacer:
         self.interval_s = period_s / speed
         self._period_s = period_s
         self._due_s = self._reported_s = now_s
-        self._ticks = self._given_up = 0
+        self._ticks = 0
 
     def ticks_due(self, now_s: float) -> int:
         """Return how many ticks are to be done now.
@@ -46,7 +49,6 @@ class Pacer:
             return 0
         count = math.floor(behind_s / self.interval_s) + 1
         if behind_s > max(_LATE_S, _BURST * self.interval_s):
-            self._given_up += count - 1
             self._due_s += (count - 1) * self.interval_s
             count = 1
         count = min(count, _BURST)
@@ -55,16 +57,15 @@ class Pacer:
         return count
 
     def shortfall(self, now_s: float) -> float | None:
-        """Return at which speed the clock really ran, once in 5 s where it fell behind.
+        """Return at which speed the clock really ran, once in 5 s where that was 2 % too little.
 
         Args:
             now_s: The time now.
         """
         passed_s = now_s - self._reported_s
-        if passed_s < _REPORT_S:
+        if passed_s < REPORT_S:
             return None
         real_speed = self._ticks * self._period_s / passed_s
-        fell_behind = self._given_up > 0
         self._reported_s = now_s
-        self._ticks = self._given_up = 0
-        return real_speed if fell_behind else None
+        self._ticks = 0
+        return real_speed if real_speed < _HOLDS * self.speed else None

@@ -67,3 +67,18 @@ def test_the_peer_drives_the_same_drives() -> None:
         peer.place(drives, index)
         gaps_m.append(np.hypot(*(peer.drive(drives, index) - ends[:, index])[:2]))
     assert np.median(gaps_m) < 0.05
+
+
+def test_the_clock_is_held_against_what_was_told_of_the_same_time() -> None:
+    from goalreach_bringup.bench.support.ros_clock_rate import _rate
+
+    # Ten seconds at twice real time, five at 1.5 (told at their end), five at 2.
+    walls_s = np.arange(0.0, 20.01, 0.02)
+    sim_s = np.interp(walls_s, [0.0, 10.0, 15.0, 20.0], [0.0, 20.0, 27.5, 37.5])
+    ticks = [(100.0 + w, round(s * 1e9)) for w, s in zip(walls_s, sim_s, strict=True)]
+    rate = _rate(ticks, [(98.0, 0.3), (115.0, 1.5), (123.0, 0.2)], 2.0)
+    assert rate.measured == pytest.approx(37.5 / 20.0)
+    assert rate.told == pytest.approx(37.5 / 20.0)
+    silent = _rate(ticks, [], 2.0)
+    assert silent.measured == pytest.approx(37.5 / 20.0)
+    assert silent.told == 2.0

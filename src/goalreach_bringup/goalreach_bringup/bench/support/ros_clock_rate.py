@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+import math
 import os
 import re
-import statistics
 import subprocess
 import sys
+import threading
 import time
 
+import numpy as np
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -21,6 +23,7 @@ from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from goalreach_msgs_py.topics import CLOCK
+from goalreach_sim.pacing import REPORT_S
 
 __all__ = ['ClockRate', 'measure_clock_rate']
 
@@ -38,12 +41,13 @@ class ClockRate:
 
     Attributes:
         measured: Simulated seconds per wall second, from `/clock`.
-        said: Mean of the speeds that the simulator told, or None where it told none.
+        told: The same by the simulator's words: what it was asked for, but where it told of a
+            shortfall what it told.
         ticks: Ticks behind the figure.
     """
 
     measured: float
-    said: float | None
+    told: float
     ticks: int
 
 
@@ -59,6 +63,7 @@ def measure_clock_rate(speed: float, seconds: float, seed: int) -> ClockRate:
         GoalreachError: The graph did not come up.
     """
     ticks: list[tuple[float, int]] = []
+    words: list[tuple[float, float]] = []
     domain = _LOWEST_DOMAIN + os.getpid() % _DOMAINS
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain)
@@ -77,6 +82,8 @@ def measure_clock_rate(speed: float, seconds: float, seed: int) -> ClockRate:
 
     node.create_subscription(Clock, CLOCK, note, RELIABLE_QOS)
     process = _start_graph(speed, seed, domain)
+    reader = threading.Thread(target=_read, args=(process, words), daemon=True)
+    reader.start()
     try:
         if not serve_until(lambda: len(ticks) > 1, _UP_S):
             raise GoalreachError(f'the graph did not tick within {_UP_S:.0f} s')
@@ -84,11 +91,12 @@ def measure_clock_rate(speed: float, seconds: float, seed: int) -> ClockRate:
         ticks.clear()
         serve_until(lambda: False, seconds)
     finally:
-        output = _end(process)
+        _end(process)
+        reader.join(_END_S)
         executor.shutdown()
         node.destroy_node()
         context.try_shutdown()
-    return _rate(ticks, output)
+    return _rate(ticks, words, speed)
 
 
 def _start_graph(speed: float, seed: int, domain: int) -> subprocess.Popen[str]:
@@ -103,22 +111,40 @@ def _start_graph(speed: float, seed: int, domain: int) -> subprocess.Popen[str]:
     )
 
 
-def _end(process: subprocess.Popen[str]) -> str:
+def _read(process: subprocess.Popen[str], words: list[tuple[float, float]]) -> None:
+    """Note when the graph told of a shortfall, and which speed it told."""
+    for line in process.stdout or ():
+        said = _SAID.search(line)
+        if said:
+            words.append((time.monotonic(), float(said[1])))
+
+
+def _end(process: subprocess.Popen[str]) -> None:
     process.terminate()
     try:
-        return process.communicate(timeout=_END_S)[0]
+        process.wait(_END_S)
     except subprocess.TimeoutExpired:
         process.kill()
-        return process.communicate()[0]
+        process.wait()
 
 
-def _rate(ticks: list[tuple[float, int]], output: str) -> ClockRate:
+def _rate(
+    ticks: list[tuple[float, int]], words: list[tuple[float, float]], speed: float
+) -> ClockRate:
+    """Compare over whole spans of the simulator's reports, which follow one another."""
     if len(ticks) < 2:  # noqa: PLR2004 - a rate is of two ticks at least
-        raise GoalreachError(f'the graph stopped ticking: {output.strip().splitlines()[-1:]}')
-    (began_s, first_ns), (ended_s, last_ns) = ticks[0], ticks[-1]
-    said = [float(text) for text in _SAID.findall(output)]
+        raise GoalreachError('the graph stopped ticking')
+    walls_s, stamps_ns = zip(*ticks, strict=True)
+    began_s, ended_s = walls_s[0], walls_s[-1]
+    words = [word for word in words if began_s + REPORT_S <= word[0] <= ended_s]
+    if words:
+        first_s, last_s = words[0][0], words[-1][0]
+        began_s = first_s - REPORT_S * math.floor((first_s - began_s) / REPORT_S)
+        ended_s = last_s + REPORT_S * math.floor((ended_s - last_s) / REPORT_S)
+    passed_s = np.diff(np.interp([began_s, ended_s], walls_s, stamps_ns))[0] * 1e-9
+    lost_s = sum(REPORT_S * (speed - told) for _, told in words)
     return ClockRate(
-        measured=(last_ns - first_ns) * 1e-9 / (ended_s - began_s),
-        said=statistics.mean(said) if said else None,
+        measured=float(passed_s) / (ended_s - began_s),
+        told=speed - lost_s / (ended_s - began_s),
         ticks=len(ticks),
     )
