@@ -177,27 +177,24 @@ def test_a_new_start_keeps_the_biases_and_drops_their_correlation_with_the_pose(
     assert not state.covariance[:3, 3:].any()
 
 
-@pytest.mark.parametrize('calibrate', [True, False])
-def test_no_image_tells_whether_everything_is_turned_together(*, calibrate: bool) -> None:
-    # Turning robot and LEDs together by a small angle about the origin changes no image: however
-    # far it drives, the filter must not come to know that angle better than the survey told it.
-    state = started(calibrate=calibrate)
-    rng = np.random.default_rng(1)
-    place, before = ORIGIN, information_about_a_turn(state)
-    for k in range(200):
-        prediction = state.expect(LENS, JOINTS)
-        noisy = prediction.pixels_px + rng.standard_normal((3, 2))
-        state.correct(prediction, ALL, noisy, np.full(3, 0.1))
-        following = Pose2(x_m=0.002 * k, y_m=0.2 * math.sin(0.05 * k), heading_rad=0.02 * k)
-        state.predict(place, following)
-        place = following
-    state.expect(LENS, JOINTS)
-    assert information_about_a_turn(state) <= before * (1.0 + 1e-6)
+def test_what_was_learnt_fades_to_what_was_known_at_the_start() -> None:
+    state = started(calibrate=True)
+    prior = state.covariance.diagonal()[PAN_BIAS:].copy()
+    for _ in range(20):
+        pixels = seen_from(state, np.array([0.3, -0.2]))
+        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
+    learnt = state.mean.copy()
+    memory_s = FilterConfig().memory_s
+    state.forget(memory_s * math.log(2.0))
+    assert state.mean[PAN_BIAS] == pytest.approx(0.5 * learnt[PAN_BIAS])
+    assert state.mean[:3] == pytest.approx(learnt[:3])
+    state.forget(50.0 * memory_s)
+    assert state.mean[LEDS:] == pytest.approx(Arena().landmark_array_m.reshape(-1))
+    assert state.covariance.diagonal()[PAN_BIAS:] == pytest.approx(prior)
 
 
-def information_about_a_turn(state: PoseFilter) -> float:
-    turn = np.zeros(len(state.mean))
-    turn[:3] = -state.mean[1], state.mean[0], 1.0
-    surveyed = Arena().landmark_array_m
-    turn[LEDS::3], turn[LEDS + 1 :: 3] = -surveyed[:, 1], surveyed[:, 0]
-    return float(turn @ np.linalg.solve(state.covariance, turn))
+def test_considered_states_are_not_forgotten() -> None:
+    state = started()
+    before = state.covariance[HEIGHT:, HEIGHT:].copy()
+    state.forget(100.0)
+    assert np.array_equal(state.covariance[HEIGHT:, HEIGHT:], before)

@@ -26,6 +26,13 @@ class FilterConfig:
         minimum=0.0,
         maximum=1.0,
     )
+    memory_s: float = parameter(
+        1800.0,
+        'How long biases and calibration are remembered, s (time constant; chosen: then what is '
+        'remembered rests on the last images, not on the average of thousands)',
+        minimum=1.0,
+        maximum=1e9,
+    )
     led_gate: float = parameter(
         16.0, 'Largest squared distance of one LED from its prediction, 2 dof', minimum=1.0
     )

@@ -1,7 +1,7 @@
 """Images in, poses with honest covariances and head targets out.
 
-It tracks while the LEDs are where the filter expects them; it searches, from single images, when
-they are not. A pose is published as good only while the last images bore it out.
+It tracks while the LEDs are where the filter expects them and searches when they are not. A pose
+is published as good only while the last images bore it out.
 """
 
 from __future__ import annotations
@@ -54,9 +54,7 @@ class LandmarkLocalizer:
         self._config = config
         noise = config.noise
         self._detector = SpotDetector(
-            config.detection,
-            spot_sigma_px=noise.spot_sigma_px,
-            read_noise_dn=noise.read_noise_dn,
+            config.detection, spot_sigma_px=noise.spot_sigma_px, read_noise_dn=noise.read_noise_dn
         )
         self._filter = PoseFilter(
             config.filter,
@@ -147,6 +145,7 @@ class LandmarkLocalizer:
                 self._counts['lost'] += 1
                 self._watch.lose('odometry jumped')
             else:
+                self._filter.forget((time_ns - before_ns) * 1e-9)
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
 
@@ -164,8 +163,7 @@ class LandmarkLocalizer:
         used = correct_by(self._filter, prediction, seen)
         if used is not None:
             self._counts['corrections'] += 1
-        elif len(seen.leds):
-            self._counts['gated'] += 1
+        self._counts['gated'] += used is None and len(seen.leds) > 0
         self._watch.judge(0 if used is None else len(used.leds), seen.expected)
         if self._watch.mode is Mode.SEARCHING:
             self._counts['lost'] += 1

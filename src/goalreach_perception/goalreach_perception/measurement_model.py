@@ -23,6 +23,7 @@ from typing import Final
 import numpy as np
 
 from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     'Lens',
     'Projection',
     'offset_derivatives',
+    'prior_sigmas',
     'project',
     'state_jacobian',
 ]
@@ -121,6 +123,18 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
     by_tilt = rays_px * slopes[..., 1:]
     by_tilt[..., 1] += lens.focal_px[1]
     return Projection(lens.centre_px + rays_px, depth_m[..., 0], by_offset, by_tilt, rays_px)
+
+
+def prior_sigmas(noise: NoiseModel, led_count: int) -> FloatArray:
+    """Return the standard deviation of each state before the first image; zero for the pose."""
+    sigmas = np.zeros(LEDS + 3 * led_count)
+    sigmas[[PAN_BIAS, TILT_BIAS]] = noise.pan_tilt_bias_rad
+    sigmas[SCALE] = noise.odometry_scale_error
+    sigmas[DRIFT] = noise.odometry_drift_rad_per_m
+    sigmas[HEIGHT] = noise.camera_height_error_m
+    sigmas[FOCAL] = noise.focal_error
+    sigmas[LEDS:] = noise.survey_error_m
+    return sigmas
 
 
 def offset_derivatives(led_count: int) -> FloatArray:

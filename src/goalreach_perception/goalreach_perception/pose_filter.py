@@ -6,12 +6,6 @@ per image, so their noise is common to its LEDs. The state vector is that of
 are estimated; without it they are considered (Schmidt, "Application of state-space methods to
 navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
 pose are kept, so the covariance is honest in both cases.
-
-No image can tell whether robot and LEDs are all turned or shifted together. A plain extended
-filter believes that it can, because it takes derivatives of one thing at different places. Here
-LEDs are always linearized where they were surveyed, and the step from image to image between the
-places at which the images were linearized: "first-estimates Jacobians" (Huang, Mourikis and
-Roumeliotis, "Observability-based Rules for Designing Consistent EKF SLAM Estimators", IJRR 2010).
 """
 
 from __future__ import annotations
@@ -37,6 +31,7 @@ from goalreach_perception.measurement_model import (
     TILT_BIAS,
     Lens,
     offset_derivatives,
+    prior_sigmas,
     project,
     state_jacobian,
 )
@@ -77,18 +72,16 @@ class PoseFilter:
         self._derivatives = offset_derivatives(len(leds_m))
         self._identity = np.eye(size)
         self._transition = np.eye(size)
-        self._surveyed_m = leds_m
-        self._linearized_at_m = (0.0, 0.0)
         self.mean = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
-        sigmas = np.zeros(size)
-        sigmas[[PAN_BIAS, TILT_BIAS]] = noise.pan_tilt_bias_rad
-        sigmas[SCALE] = noise.odometry_scale_error
-        sigmas[DRIFT] = noise.odometry_drift_rad_per_m
-        sigmas[HEIGHT] = noise.camera_height_error_m
-        sigmas[FOCAL] = noise.focal_error
-        sigmas[LEDS:] = noise.survey_error_m
+        sigmas = prior_sigmas(noise, len(leds_m))
         self.covariance = np.diag(sigmas**2)
+        self._prior_mean = self.mean.copy()
+        self._prior_variance = sigmas**2
+        self._forgetting = sigmas > 0.0
+        if not calibrate:
+            self._forgetting[HEIGHT:] = False
+        self._kept: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
     @property
     def joint_gate(self) -> float:
@@ -131,10 +124,29 @@ class PoseFilter:
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
         """
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
-        self._linearized_at_m = (pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = covariance
+
+    def forget(self, dt_s: float) -> None:
+        """Let what was learnt about constants fade towards what was known at the start.
+
+        Each is taken as an Ornstein-Uhlenbeck process around its prior, with a long memory: m
+        becomes m0 + a (m - m0) and P becomes a^2 P + (1 - a^2) P0. So neither small errors that
+        repeat from image to image nor those of linearizing (which let an extended filter believe
+        it could tell whether robot and LEDs are turned together) add up to false certainty, and
+        nothing drifts away for ever.
+
+        Args:
+            dt_s: Time since the last image.
+        """
+        if self._kept is None or self._kept[0] != dt_s:
+            keep = np.where(self._forgetting, math.exp(-dt_s / self._config.memory_s), 1.0)
+            back = np.diag((1.0 - keep * keep) * self._prior_variance)
+            self._kept = (dt_s, keep, np.outer(keep, keep), back)
+        _, keep, keep_both, back = self._kept
+        self.mean = self._prior_mean + keep * (self.mean - self._prior_mean)
+        self.covariance = keep_both * self.covariance + back
 
     def predict(self, before: Pose2, after: Pose2) -> None:
         """Move by what the odometry moved.
@@ -158,9 +170,7 @@ class PoseFilter:
         if distance == 0.0:
             return
         matrix = self._transition
-        x_m, y_m, _ = self.mean[:3].tolist()
-        matrix[0, HEADING] = self._linearized_at_m[1] - y_m
-        matrix[1, HEADING] = x_m - self._linearized_at_m[0]
+        matrix[0, HEADING], matrix[1, HEADING] = -(1.0 + scale) * north, (1.0 + scale) * east
         matrix[0, SCALE], matrix[1, SCALE] = east, north
         matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
         matrix[2, DRIFT] = distance
@@ -174,26 +184,21 @@ class PoseFilter:
     def expect(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Return where the LEDs should be.
 
-        Pixels are bent functions of the position: with an uncertainty s of it and an LED at depth
-        Z, what the derivative leaves out is of the order f s^2 / (2 Z^2). It is counted as noise
-        (a second-order filter in its simplest form), or an uncertain pose would be overconfident
-        after a few images of a fraction of a pixel.
+        With an uncertainty s of the position and an LED at depth Z, what the derivative leaves
+        out of a pixel is of the order f s^2 / (2 Z^2). It is counted as noise (a second-order
+        filter in its simplest form), or an uncertain pose would soon be overconfident.
 
         Args:
             lens: The nominal lens.
             joints: Encoder readings of the head.
-            solved: Whether the pose was just solved for this very image: nothing is left out
-                then.
+            solved: Whether the pose was just solved for this very image.
         """
-        x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
+        _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         rotation = optical_rotation(azimuth, joints.tilt_rad + tilt_bias)
-        self._linearized_at_m = (x_m, y_m)
-        true_lens = lens.scaled(focal)
-        projection = project(self.led_offsets_m, rotation, true_lens)
-        surveyed_m = self._surveyed_m - np.array([x_m, y_m, self.camera_height_m])
-        at_survey = project(surveyed_m, rotation, true_lens) if self._calibrate else projection
-        jacobian = state_jacobian(at_survey, surveyed_m, self._derivatives)
+        offsets_m = self.led_offsets_m
+        projection = project(offsets_m, rotation, lens.scaled(focal))
+        jacobian = state_jacobian(projection, offsets_m, self._derivatives)
         cross = self.covariance @ jacobian.T
         encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
         noise = encoders @ encoders.T
@@ -201,14 +206,9 @@ class PoseFilter:
             spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
             bent_px = 0.5 * float(lens.focal_px[0]) * spread_m2 / projection.depth_m**2
             noise.flat[:: len(noise) + 1] += np.repeat(bent_px * bent_px, 2)
-        return Prediction(
-            projection.pixels_px,
-            projection.depth_m,
-            jacobian,
-            cross,
-            noise,
-            jacobian @ cross + noise,
-        )
+        covariance = jacobian @ cross + noise
+        pixels_px, depth_m = projection.pixels_px, projection.depth_m
+        return Prediction(pixels_px, depth_m, jacobian, cross, noise, covariance)
 
     def correct(
         self,
