@@ -16,7 +16,7 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any, Final
 from urllib.parse import parse_qsl
 
-__all__ = ['DRIVER', 'LOOPBACK_NAMES', 'Door', 'Guard']
+__all__ = ['DRIVER', 'LOOPBACK_NAMES', 'Door', 'Guard', 'Message', 'Receive', 'Send']
 
 DRIVER: Final = 'goalreach.driver'
 """Key of the ASGI scope: whether the request may steer."""

@@ -51,11 +51,13 @@ def policy_view(
 
 @lru_cache(maxsize=4)
 def _roses(arena: Arena, policy: Policy) -> str:
-    """Return the Q-values of every region as eight spokes and their best value in figures."""
+    """Return the Q-values of every region as eight spokes with their figures."""
     scale = max(1e-9, float(abs(policy.q).max()))
     parts = []
     for i in range(3):
         for j in range(3):
+            if (i, j) == arena.regions.goal:
+                continue
             x0, y0, x1, y1 = arena.regions.bounds((i, j))
             x, y = cm((x0 + x1) / 2, (y0 + y1) / 2, arena.length_m)
             spokes = [f'<g transform="translate({x:.1f} {y:.1f})"><circle r="{_ROSE_CM}"/>']

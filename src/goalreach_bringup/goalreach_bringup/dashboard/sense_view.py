@@ -126,11 +126,12 @@ def _values(
 ) -> str:
     x = _place(value_m, knots_m)
     parts = [f'<path class="now" d="M{x:.1f} {_TOP - 4}V{_FLOOR}"/>']
-    side = -1 if x > (_LEFT + _RIGHT) / 2 else 1
-    anchor = 'end' if side < 0 else 'start'
-    for index, share in enumerate(mu):
-        if share <= 0.0:
-            continue
+    middle = (_LEFT + _RIGHT) / 2
+    voices = [index for index, share in enumerate(mu) if share > 0.0]
+    for index in voices:
+        share = mu[index]
+        right = index == voices[-1] if len(voices) > 1 else x < middle
+        side, anchor = (1, 'start') if right else (-1, 'end')
         y = _FLOOR - (_FLOOR - _TOP) * share
         parts.append(
             f'<circle class="mu set-{index}" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'

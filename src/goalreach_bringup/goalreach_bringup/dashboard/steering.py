@@ -8,6 +8,7 @@ import math
 from typing import Any, Final
 
 from goalreach_learning.blending import MODES
+from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS
@@ -104,7 +105,7 @@ def place_request_from_picture(sent: object, arena: Arena) -> PlaceRequest:
         raise ConfigurationError('place', sent, 'x, y, dx and dy')
     x, y, dx, dy = (_number(name, sent.get(name)) for name in ('x', 'y', 'dx', 'dy'))
     dragged = math.hypot(dx, dy) >= _DRAG_CM
-    heading_rad = math.atan2(-dy, dx) if dragged else _FACING_GOAL_WALL_RAD
+    heading_rad = wrap_angle(math.atan2(-dy, dx)) if dragged else _FACING_GOAL_WALL_RAD
     return place_request(x / 100.0, arena.length_m - y / 100.0, heading_rad, arena)
 
 
