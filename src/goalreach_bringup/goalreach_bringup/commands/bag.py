@@ -7,7 +7,10 @@ from pathlib import Path
 
 __all__ = ['SUMMARY', 'configure', 'execute']
 
-SUMMARY = 'Look into a bag: info, plot, export, compare'
+SUMMARY = 'Look into a bag: info, plot, export, compare; make a reference'
+
+_REFERENCE_START = '0.6,2.0,-90'
+"""Chosen: a short path, about five seconds, that turns and crosses a border."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +28,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     export.add_argument(
         '--max-array', type=int, default=64, metavar='N', help='leave longer arrays out'
     )
+    reference = verbs.add_parser(
+        'reference', help='drive one short path in lockstep and record it, for replay --recompute'
+    )
+    reference.add_argument('bag', type=Path, metavar='DIR')
+    reference.add_argument('--composed', action='store_true', help='all nodes in one process')
     _configure_compare(
         verbs.add_parser(
             'compare', help='whether two bags hold the same messages, and where they first differ'
@@ -52,7 +60,13 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: A bag cannot be read, or a file cannot be written.
     """
-    verbs = {'info': _info, 'plot': _plot, 'export': _export, 'compare': _compare}
+    verbs = {
+        'info': _info,
+        'plot': _plot,
+        'export': _export,
+        'reference': _reference,
+        'compare': _compare,
+    }
     return verbs[options.verb](options)
 
 
@@ -99,6 +113,18 @@ def _export(options: argparse.Namespace) -> int:
     left_out = f', without {", ".join(sorted(table.left_out))}' if table.left_out else ''
     print(f'{table.rows} messages, {len(table.columns)} columns{left_out}: {path}')
     return 0
+
+
+def _reference(options: argparse.Namespace) -> int:
+    from goalreach_bringup.commands import run
+
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--seed', type=int)
+    run.configure(parser)
+    arguments = ['--seed', str(options.seed), '--clock', 'lockstep', '--quiet', '--paths', '1']
+    arguments += ['--start', _REFERENCE_START, '--record', str(options.bag)]
+    arguments += ['--composed'] * options.composed
+    return run.execute(parser.parse_args(arguments))
 
 
 def _compare(options: argparse.Namespace) -> int:
