@@ -178,3 +178,13 @@ def test_success_is_judged_by_the_truth_of_the_stamp(x_m: float, goals: int) -> 
 def test_images_are_jpeg() -> None:
     url = data_url(np.zeros((48, 64), dtype=np.uint8))
     assert url.startswith('data:image/jpeg;base64,/9j/')
+
+
+def test_an_old_state_does_not_look_like_a_new_one() -> None:
+    state = full_state()
+    state.health.hear(CLOCK, 11.5, 2)
+    view = page_view(state, 11.6)
+    assert view['estimate']['class'] == 'estimate old'
+    assert view['commanded']['visibility'] == 'hidden'
+    assert view['votes']['html'] == ''
+    assert view['confidence']['text'] == 'no state is heard'

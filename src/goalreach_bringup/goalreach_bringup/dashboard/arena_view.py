@@ -24,13 +24,16 @@ _CHI_95 = 2.4477
 """Radius of the ellipse that holds 95 % of a planar Gaussian, in standard deviations."""
 
 
-def arena_view(state: PageState, cast: tuple[Vote, ...], heading_rad: float | None) -> View:
+def arena_view(
+    state: PageState, cast: tuple[Vote, ...], heading_rad: float | None, *, lost: bool = False
+) -> View:
     """Return the arena's elements.
 
     Args:
         state: What is known.
         cast: The regions that vote now.
         heading_rad: The heading they add up to, or None.
+        lost: Whether the estimate is old.
     """
     arena, robot = state.arena, state.robot
     view = {
@@ -39,7 +42,7 @@ def arena_view(state: PageState, cast: tuple[Vote, ...], heading_rad: float | No
         'trail': {'points': robot.trail.text},
         'estimate-trail': {'points': robot.estimate_trail.text},
         **_robot(state),
-        **_estimate(robot.estimate, arena.length_m),
+        **_estimate(robot.estimate, arena.length_m, lost=lost),
         'odometry': _ghost(robot.odometry, arena.length_m),
         'commanded': dict(HIDDEN),
     }
@@ -176,7 +179,9 @@ def _bumpers(pressed: tuple[bool, ...]) -> str:
     return ''.join(parts)
 
 
-def _estimate(estimate: PoseEstimate | None, length_m: float) -> dict[str, dict[str, str]]:
+def _estimate(
+    estimate: PoseEstimate | None, length_m: float, *, lost: bool
+) -> dict[str, dict[str, str]]:
     if estimate is None:
         return {'estimate': dict(HIDDEN)}
     pose, covariance = estimate.pose, estimate.covariance
@@ -184,7 +189,11 @@ def _estimate(estimate: PoseEstimate | None, length_m: float) -> dict[str, dict[
     mean, half = (vxx + vyy) / 2, math.hypot((vxx - vyy) / 2, vxy)
     axes = [100.0 * _CHI_95 * math.sqrt(max(0.0, mean + sign * half)) for sign in (1, -1)]
     return {
-        'estimate': VISIBLE | {'transform': translate(pose.x_m, pose.y_m, length_m)},
+        'estimate': VISIBLE
+        | {
+            'transform': translate(pose.x_m, pose.y_m, length_m),
+            'class': 'estimate old' if lost else 'estimate',
+        },
         'ellipse': {
             'rx': f'{axes[0]:.1f}',
             'ry': f'{axes[1]:.1f}',

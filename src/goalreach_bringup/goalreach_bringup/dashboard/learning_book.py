@@ -2,31 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
 from typing import Final
 
 from goalreach_msgs_py.values import PathOutcome, Transition
 
-__all__ = ['LearningBook', 'TrialTally']
+__all__ = ['WINDOW', 'LearningBook']
 
-_TRIALS: Final = 400
-
-
-@dataclass
-class TrialTally:
-    """Paths of one trial.
-
-    Attributes:
-        paths: Paths that ended.
-        goals: Those that ended in the goal.
-    """
-
-    paths: int = 0
-    goals: int = 0
+WINDOW: Final = 22
+"""Paths of a trial, section "The Simulation Phase": success is told of so many."""
+_POINTS: Final = 600
 
 
 class LearningBook:
-    """Counts finished paths; keeps the last 400 trials.
+    """Counts finished paths and keeps the curve of success over the last 22 of them.
 
     Attributes:
         paths: Paths that ended since the page began to listen.
@@ -35,14 +24,16 @@ class LearningBook:
         bumps: Those that ended at a wall.
         timeouts: Those that took too long.
         last: The last finished action, or None.
-        trials: Tallies by number of the trial, ascending.
+        curve: Number of a path, from 1, and the share of goals among the 22 paths up to it;
+            at most 600 points, of which every other one is left out when they are too many.
     """
 
     def __init__(self) -> None:
         """Start an empty book."""
         self.paths = self.goals = self.false_goals = self.bumps = self.timeouts = 0
         self.last: Transition | None = None
-        self.trials: dict[int, TrialTally] = {}
+        self.curve: list[tuple[int, float]] = []
+        self._recent: deque[bool] = deque(maxlen=WINDOW)
 
     def add(self, transition: Transition, *, in_goal: bool | None) -> None:
         """Take a finished action.
@@ -60,8 +51,7 @@ class LearningBook:
         self.false_goals += transition.outcome is PathOutcome.GOAL and not goal
         self.bumps += transition.outcome is PathOutcome.BUMP
         self.timeouts += transition.outcome is PathOutcome.TIMEOUT
-        tally = self.trials.setdefault(transition.trial, TrialTally())
-        tally.paths += 1
-        tally.goals += goal
-        while len(self.trials) > _TRIALS:
-            del self.trials[next(iter(self.trials))]
+        self._recent.append(goal)
+        self.curve.append((transition.path + 1, sum(self._recent) / len(self._recent)))
+        if len(self.curve) > _POINTS:
+            self.curve = self.curve[::2]

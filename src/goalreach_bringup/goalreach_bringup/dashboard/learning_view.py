@@ -1,8 +1,8 @@
-"""What the robot has learned: counters and the curve of success by trial."""
+"""What the robot has learned: counters and the curve of success."""
 
 from __future__ import annotations
 
-from goalreach_bringup.dashboard.learning_book import LearningBook
+from goalreach_bringup.dashboard.learning_book import WINDOW, LearningBook
 from goalreach_bringup.dashboard.page_state import PageState
 from goalreach_bringup.dashboard.patch import View
 from goalreach_bringup.dashboard.svg import lines
@@ -11,8 +11,7 @@ from goalreach_msgs_py.regions import region_name
 
 __all__ = ['learning_view']
 
-_LEFT, _RIGHT, _TOP, _FLOOR = 30.0, 392.0, 10.0, 88.0
-_DOTS = 60
+_LEFT, _RIGHT, _TOP, _FLOOR = 34.0, 392.0, 10.0, 88.0
 
 
 def learning_view(state: PageState) -> View:
@@ -37,26 +36,23 @@ def learning_view(state: PageState) -> View:
 
 
 def _curve(book: LearningBook) -> dict[str, dict[str, str]]:
-    trials = book.trials
-    first, last = (min(trials), max(trials)) if trials else (0, 1)
+    first, last = (book.curve[0][0], book.curve[-1][0]) if book.curve else (1, 1)
     span = max(1, last - first)
     points = [
-        (
-            _LEFT + (_RIGHT - _LEFT) * (number - first) / span,
-            _FLOOR - (_FLOOR - _TOP) * tally.goals / tally.paths,
-        )
-        for number, tally in trials.items()
+        (_LEFT + (_RIGHT - _LEFT) * (number - first) / span, _FLOOR - (_FLOOR - _TOP) * share)
+        for number, share in book.curve
     ]
     middle = (_LEFT + _RIGHT) / 2
     axes = (
         f'<path class="axis" d="M{_LEFT} {_TOP}V{_FLOOR}H{_RIGHT}"/>'
+        f'<path class="grid" d="M{_LEFT} {_TOP}H{_RIGHT}"/>'
         f'<text class="knot end" x="{_LEFT - 4}" y="{_TOP + 4}">100%</text>'
         f'<text class="knot end" x="{_LEFT - 4}" y="{_FLOOR}">0</text>'
-        f'<text class="knot start" x="{_LEFT}" y="104">trial {first + 1}</text>'
-        f'<text class="knot end" x="{_RIGHT}" y="104">{last + 1}</text>'
-        f'<text class="label" x="{middle}" y="104">paths that reached the goal</text>'
+        f'<text class="knot start" x="{_LEFT}" y="104">path {first}</text>'
+        f'<text class="knot end" x="{_RIGHT}" y="104">{last}</text>'
+        f'<text class="label" x="{middle}" y="104">goals among the last {WINDOW} paths</text>'
     )
-    dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3"/>' for x, y in points[-_DOTS:]]
+    dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>' for x, y in points[-1:]]
     return {
         'curve-axes': {'html': axes},
         'curve-line': {'points': lines(points)},

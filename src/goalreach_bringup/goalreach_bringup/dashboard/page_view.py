@@ -8,7 +8,7 @@ from goalreach_bringup.dashboard.learning_view import learning_view
 from goalreach_bringup.dashboard.page_state import PageState
 from goalreach_bringup.dashboard.patch import View
 from goalreach_bringup.dashboard.sense_view import camera_view, membership_view, pose_view
-from goalreach_bringup.dashboard.summary_view import health_view, summary_view
+from goalreach_bringup.dashboard.summary_view import health_view, is_state_lost, summary_view
 
 __all__ = ['page_view']
 
@@ -20,14 +20,15 @@ def page_view(state: PageState, now_s: float) -> View:
         state: What is known.
         now_s: Wall time, for rates and silences.
     """
-    cast, heading_rad = decide(state)
+    lost = is_state_lost(state, now_s)
+    cast, heading_rad = ((), None) if lost else decide(state)
     return {
         **summary_view(state, now_s),
         **health_view(state, now_s),
-        **arena_view(state, cast, heading_rad),
+        **arena_view(state, cast, heading_rad, lost=lost),
         **camera_view(state.picture),
         **pose_view(state),
-        **membership_view(state),
+        **membership_view(state, lost=lost),
         **decision_view(state, cast, heading_rad),
         **learning_view(state),
     }

@@ -41,12 +41,15 @@ def camera_view(picture: CameraPicture | None) -> View:
             f'y="{max(seen.v_px - half - 8.0, 20.0):.1f}">LED {number}</text></g>'
         )
     seen_count = sum(seen is not None for seen in picture.landmarks)
+    note = f'{seen_count} of {len(picture.landmarks)} LEDs'
+    if not picture.landmarks:
+        note = 'no detections are heard'
     width, height = str(picture.width_px), str(picture.height_px)
     return {
         'camera': {'viewBox': f'0 0 {width} {height}'},
         'image': {'href': picture.url, 'width': width, 'height': height},
         'detections': {'html': ''.join(parts)},
-        'camera-note': {'text': f'{seen_count} of {len(picture.landmarks)} LEDs'},
+        'camera-note': {'text': note},
     }
 
 
@@ -80,8 +83,13 @@ def _pose(name: str, heading: str, pose: Pose2 | None) -> dict[str, dict[str, st
     }
 
 
-def membership_view(state: PageState) -> View:
-    """Return the trapezoids of the paper's Fig. 5 with the present values on them."""
+def membership_view(state: PageState, *, lost: bool = False) -> View:
+    """Return the trapezoids of the paper's Fig. 5 with the present values on them.
+
+    Args:
+        state: What is known.
+        lost: Whether the state is old.
+    """
     regions = state.arena.regions
     view = {
         'sets-x': {'html': _sets(regions.x_knots_m, X_LABELS)},
@@ -93,7 +101,7 @@ def membership_view(state: PageState) -> View:
     view['values-x'] = {'html': _values('x', now.pose.x_m, now.mu_x, regions.x_knots_m)}
     view['values-y'] = {'html': _values('y', now.pose.y_m, now.mu_y, regions.y_knots_m)}
     view['region'] = {'text': f'in {region_name(now.region)}'}
-    view['confidence'] = {'text': _WORDS[now.confidence]}
+    view['confidence'] = {'text': 'no state is heard' if lost else _WORDS[now.confidence]}
     return view
 
 

@@ -7,11 +7,11 @@ from typing import Final
 from goalreach_bringup.dashboard.health import NodeStatus
 from goalreach_bringup.dashboard.page_state import TOPICS_OF, PageState
 from goalreach_bringup.dashboard.patch import View
-from goalreach_bringup.run.plan import CONTROLLER, ROBOT
+from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, ROBOT
 
 _BACK_S: Final = 0.5
 
-__all__ = ['health_view', 'run_status', 'summary_view']
+__all__ = ['health_view', 'is_state_lost', 'run_status', 'summary_view']
 
 
 def run_status(state: PageState, now_s: float) -> str:
@@ -27,6 +27,13 @@ def run_status(state: PageState, now_s: float) -> str:
     if state.stands_still or found[ROBOT] is NodeStatus.QUIET:
         return 'paused'
     return 'learning' if state.learning else 'driving'
+
+
+def is_state_lost(state: PageState, now_s: float) -> bool:
+    """Return whether the robot goes on and its state is not heard: what is shown is old."""
+    health = state.health
+    goes_on = health.status(ROBOT, now_s) is NodeStatus.UP
+    return goes_on and health.status(ESTIMATOR, now_s) is not NodeStatus.UP
 
 
 def summary_view(state: PageState, now_s: float) -> View:

@@ -12,10 +12,22 @@ export default {
     const arena = this.elements.get('arena');
     arena.addEventListener('pointerdown', (event) => this.press(event));
     arena.addEventListener('pointerup', (event) => this.release(event));
+    window.socket?.on('disconnect', () => this.mark('lost', true));
+    window.socket?.on('connect', () => this.mark('lost', false));
+    this.painted = performance.now();
+    this.asked = setInterval(() => this.remind(), 1500);
     this.$emit('next', true);
   },
+  unmounted() {
+    clearInterval(this.asked);
+  },
   methods: {
+    // A patch can be lost with a connection: ask for everything after three seconds without one.
+    remind() {
+      if (!document.hidden && performance.now() - this.painted > 3000) this.$emit('next', true);
+    },
     apply(patch) {
+      this.painted = performance.now();
       for (const [name, changes] of Object.entries(patch)) {
         const element = this.elements.get(name);
         if (!element) continue;
