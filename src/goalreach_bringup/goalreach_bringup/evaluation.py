@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 import multiprocessing
+from typing import Final
 
 import numpy as np
 
@@ -22,9 +23,10 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import Pose2
 
-__all__ = ['EvaluationPlan', 'SessionResult', 'evaluate']
+__all__ = ['SESSION_PATHS', 'EvaluationPlan', 'SessionResult', 'drive_session', 'evaluate']
 
-_SESSION_PATHS = 22
+SESSION_PATHS: Final = 22
+"""Paths that one robot with its own drawn errors drives; chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +52,7 @@ class EvaluationPlan:
     @property
     def sessions(self) -> int:
         """Number of sessions."""
-        return -(-len(self.starts) // _SESSION_PATHS)
+        return -(-len(self.starts) // SESSION_PATHS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +70,7 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
         plan: What is to be driven.
         number: Which session, from 0.
     """
-    first = number * _SESSION_PATHS
+    first = number * SESSION_PATHS
     drive = InProcessDrive(
         arena=plan.arena,
         noise=plan.noise,
@@ -78,7 +80,7 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
     )
     paths = tuple(
         drive.drive(start, path=first + index)
-        for index, start in enumerate(plan.starts[first : first + _SESSION_PATHS])
+        for index, start in enumerate(plan.starts[first : first + SESSION_PATHS])
     )
     return SessionResult(paths=paths, frames=drive.frames)
 

@@ -54,6 +54,11 @@ class InProcessDrive:
             self.controller, self.policy, np.random.default_rng(controller_seed)
         )
 
+    @property
+    def learned(self) -> Policy:
+        """What is known now: more than was given where the controller learns."""
+        return self._controller.policy
+
     def drive(self, start: Pose2, *, path: int = 0, trial: int = 0) -> PathResult:
         """Place the robot, drive until the path ends, and judge it by the truth.
 

@@ -1,0 +1,1 @@
+"""The evidence behind REPRODUCTION.md: studies, their results on disk, and the document."""
