@@ -38,6 +38,10 @@ def require_new_bag(path: Path) -> None:
 class BagWriter:
     """A bag that is being written.
 
+    Attributes:
+        path: Its directory.
+        custom: Texts to keep in the summary.
+
     Args:
         path: Its directory, which must not exist.
         options: How it is kept.
@@ -60,7 +64,7 @@ class BagWriter:
         self._topics: dict[str, BagTopic] = {}
         self._numbers: dict[str, int] = {}
         self._done: list[FileSpan] = []
-        self._custom: Mapping[str, str] = {}
+        self.custom: dict[str, str] = {}
         self._first_ns, self._last_ns = INFINITE_NS, 0
         self._flushed_s = now()
         require_new_bag(self.path)
@@ -123,12 +127,12 @@ class BagWriter:
         """Finish the bag.
 
         Args:
-            custom: Texts to keep in the summary.
+            custom: More texts to keep in the summary.
 
         Raises:
             BagStoppedError: The disk took no more.
         """
-        self._custom = dict(custom or {})
+        self.custom.update(custom or {})
         self._do(self._finish)
         return self.metadata()
 
@@ -140,7 +144,7 @@ class BagWriter:
             topics=tuple(self._topics.values()),
             files=tuple(spans),
             compression_mode='MESSAGE' if self._compresses_messages else '',
-            custom=self._custom,
+            custom=self.custom,
         )
 
     @property

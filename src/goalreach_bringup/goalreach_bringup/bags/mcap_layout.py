@@ -137,16 +137,20 @@ class OpenChunk:
         """Return its records."""
         return b''.join(self._parts)
 
-    def chunk_record(self, records: bytes, compression: str, stored: bytes) -> bytes:
-        """Return the chunk as a record; the check sum is of the uncompressed records."""
+    def chunk_head(self, compression: str, stored_size: int) -> bytes:
+        """Return what comes before the stored records; the check sum is of the records.
+
+        Args:
+            compression: 'zstd' or empty.
+            stored_size: Bytes of the records as they will be stored.
+        """
+        checksum = 0
+        for part in self._parts:
+            checksum = crc32(part, checksum)
         first_ns = self.first_ns if self.entries else 0
-        return record(
-            Opcode.CHUNK,
-            struct.pack('<QQQI', first_ns, self.last_ns, len(records), crc32(records)),
-            text(compression),
-            struct.pack('<Q', len(stored)),
-            stored,
-        )
+        fields = struct.pack('<QQQI', first_ns, self.last_ns, self.size, checksum)
+        content = fields + text(compression) + struct.pack('<Q', stored_size)
+        return RECORD_HEAD.pack(Opcode.CHUNK, len(content) + stored_size) + content
 
     def index_records(self) -> dict[int, bytes]:
         """Return the message index of each channel, as it follows the chunk."""

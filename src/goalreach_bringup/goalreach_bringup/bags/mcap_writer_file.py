@@ -75,16 +75,17 @@ class McapWriter:
         chunk = self._chunk
         if not chunk.size:
             return
-        records = chunk.records()
-        stored = compress(records) if self._compression else records
-        data = chunk.chunk_record(records, self._compression, stored)
+        stored = chunk.records()
+        if self._compression:
+            stored = compress(stored)
+        head = chunk.chunk_head(self._compression, len(stored))
+        length = len(head) + len(stored)
         summary = sum(map(len, self._schemas.values())) * 2
-        require_room(self._path, len(data) + summary + _SUMMARY_PER_CHUNK * len(self._chunks))
+        require_room(self._path, length + summary + _SUMMARY_PER_CHUNK * len(self._chunks))
         offset = self._position
-        indexes = b''.join(chunk.index_records().values())
-        self._append(data + indexes)
-        sizes = (len(stored), len(records))
-        self._chunks.append(chunk.placed(offset, len(data), self._compression, sizes))
+        self._append(head, stored, *chunk.index_records().values())
+        sizes = (len(stored), chunk.size)
+        self._chunks.append(chunk.placed(offset, length, self._compression, sizes))
         self._chunk = OpenChunk()
 
     def drop_pending(self) -> None:
@@ -108,14 +109,15 @@ class McapWriter:
         """Close the file as it is."""
         self._stream.close()
 
-    def _append(self, data: bytes) -> None:
+    def _append(self, *parts: bytes) -> None:
         """Write at the end, wholly or not at all."""
-        rest = memoryview(data)
         try:
-            while rest:
-                rest = rest[self._stream.write(rest) :]
+            for part in parts:
+                rest = memoryview(part)
+                while rest:
+                    rest = rest[self._stream.write(rest) :]
         except OSError:
             self._stream.truncate(self._position)
             self._stream.seek(self._position)
             raise
-        self._position += len(data)
+        self._position += sum(map(len, parts))

@@ -96,10 +96,10 @@ class RecordingResult:
     size_bytes: int
     stopped: str = ''
 
-    def custom(self, options: RecordOptions, *, sim_time: bool) -> dict[str, str]:
+    def custom(self, *, sim_time: bool) -> dict[str, str]:
         """Return the texts that go into the bag's summary."""
-        texts = {LOST_KEY: json.dumps(dict(self.lost)), CLOCK_KEY: 'sim' if sim_time else 'wall'}
-        return texts | ({PARAMETERS_KEY: options.parameters} if options.parameters else {})
+        lost = json.dumps(dict(self.lost))
+        return {LOST_KEY: lost, CLOCK_KEY: 'sim' if sim_time else 'wall'}
 
     def __str__(self) -> str:
         """Return the one line that ends a recording."""
@@ -107,5 +107,5 @@ class RecordingResult:
         return (
             f'recorded {sum(self.counts.values())} messages of {len(self.counts)} topics, '
             f'{self.duration_s:.1f} s, {self.size_bytes / 1e6:.1f} MB, lost '
-            f'{lost or "none"}: {self.path}'
+            f'{lost or "none"}{", stopped early" if self.stopped else ""}: {self.path}'
         )

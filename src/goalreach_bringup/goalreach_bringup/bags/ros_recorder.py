@@ -14,6 +14,7 @@ from goalreach_bringup.bags.canonical import Canonical
 from goalreach_bringup.bags.errors import BagStoppedError
 from goalreach_bringup.bags.raw_message import stamp_of
 from goalreach_bringup.bags.recording import (
+    PARAMETERS_KEY,
     RUN_TOPICS,
     TICK_TOPICS,
     RecordingResult,
@@ -56,6 +57,8 @@ class Recorder(Node):
         super().__init__('recorder', start_parameter_services=False, enable_rosout=False)
         self._options = options
         self._writer = BagWriter(options.path, options.storage)
+        if options.parameters:
+            self._writer.custom[PARAMETERS_KEY] = options.parameters
         self._channels = Channels(self, options.selection)
         self._added: set[str] = set()
         self._counts: dict[str, int] = {}
@@ -199,7 +202,7 @@ class Recorder(Node):
         self._release()
         for name in self._channels.names():
             self._guard(partial(self._add, name))
-        custom = self._result().custom(self._options, sim_time=self._sim_time)
+        custom = self._result().custom(sim_time=self._sim_time)
         self._guard(lambda: self._finish(custom))
         return self._result()
 

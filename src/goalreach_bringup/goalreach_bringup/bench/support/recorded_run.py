@@ -1,0 +1,135 @@
+"""A run with its recorder, watched from outside: processor time, memory, what is in the bag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Final
+
+from goalreach_bringup.bags.bag_reader_file import BagReader
+from goalreach_bringup.bags.raw_message import stamp_of
+from goalreach_bringup.bags.recording import LOST_KEY, TICK_TOPICS
+from goalreach_msgs_py.errors import GoalreachError
+
+__all__ = ['RecordedRun', 'find_recorder', 'missing_messages', 'running_stack', 'watch_run']
+
+_START_S: Final = 30.0
+_END_S: Final = 60.0
+_SAMPLE_S: Final = 0.5
+_WRITES: Final = 1_000_000
+"""A recorder whose bag is so large, bytes, is at work."""
+
+_SETTLED: Final = 0.2
+"""Memory is compared from this part of the run on: before, buffers are still being filled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedRun:
+    """What was seen of a recorder.
+
+    Attributes:
+        cores: Processor time per time.
+        growth_mb: Resident memory gained from the settled beginning to the end.
+        peak_mb: Most resident memory.
+        watched_s: How long it was watched.
+    """
+
+    cores: float
+    growth_mb: float
+    peak_mb: float
+    watched_s: float
+
+
+@contextmanager
+def running_stack(bag: Path, *, seed: int, clock: str) -> Iterator[subprocess.Popen[str]]:
+    """Run `goalreach run --record` without end, in a process of its own."""
+    command = [sys.executable, '-m', 'goalreach_bringup.cli', 'run', '--quiet']
+    command += ['--seed', str(seed), '--clock', clock, '--starts', 'random']
+    process = subprocess.Popen(
+        [*command, '--record', str(bag)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.communicate(timeout=_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+
+
+def find_recorder(stack: subprocess.Popen[str], bag: Path) -> int:
+    """Return the process id of a stack's recorder, once it writes.
+
+    Raises:
+        GoalreachError: It does not, in time.
+    """
+    deadline_s = time.monotonic() + _START_S
+    while time.monotonic() < deadline_s and stack.poll() is None:
+        written = sum(path.stat().st_size for path in bag.glob('*'))
+        for child in _children(stack.pid):
+            words = Path(f'/proc/{child}/cmdline').read_bytes().split(b'\0')
+            if b'record' in words and written > _WRITES:
+                return child
+        time.sleep(0.05)
+    raise GoalreachError('the recorder of the run did not come up')
+
+
+def _children(pid: int) -> list[int]:
+    path = Path(f'/proc/{pid}/task/{pid}/children')
+    return [int(word) for word in path.read_text().split()]
+
+
+def watch_run(pid: int, seconds: float) -> RecordedRun:
+    """Look at a recorder for some time."""
+    ticks_per_s = os.sysconf('SC_CLK_TCK')
+    began_s, began_ticks = time.monotonic(), _processor_ticks(pid)
+    memory_mb = []
+    while time.monotonic() - began_s < seconds:
+        time.sleep(_SAMPLE_S)
+        memory_mb.append(_resident_mb(pid))
+    watched_s = time.monotonic() - began_s
+    used_s = (_processor_ticks(pid) - began_ticks) / ticks_per_s
+    settled = memory_mb[int(_SETTLED * len(memory_mb)) :]
+    return RecordedRun(
+        cores=used_s / watched_s,
+        growth_mb=settled[-1] - settled[0],
+        peak_mb=max(memory_mb),
+        watched_s=watched_s,
+    )
+
+
+def _processor_ticks(pid: int) -> int:
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return int(fields[11]) + int(fields[12])
+
+
+def _resident_mb(pid: int) -> float:
+    pages = int(Path(f'/proc/{pid}/statm').read_text().split()[1])
+    return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+
+
+def missing_messages(bag: BagReader) -> int:
+    """Return how many messages of ticks the bag lacks, by the stamps of its clock.
+
+    The first tick and the last may be there in part: the run was ended by hand.
+    """
+    if LOST_KEY not in bag.custom:
+        raise GoalreachError(f'{bag.path}: was not finished')
+    stamps: dict[str, set[int]] = {name: set() for name in TICK_TOPICS}
+    for message in bag.messages(TICK_TOPICS):
+        stamps[message.topic].add(stamp_of(message.data))
+    ticks = sorted(stamps['/clock'])[:-3]
+    return sum(len(set(ticks) - found) for found in stamps.values())
