@@ -64,7 +64,7 @@ class Acquisition:
     ) -> tuple[Pose2, FloatArray] | None:
         """Add an image; return the pose that its lights and earlier ones tell together.
 
-        Each of the lights used was seen more than once, so even two need no confirmation: neither
+        Each of the lights used was seen three times or more, so even two need no confirmation: neither
         is a spurious light, and no other pose fits them.
 
         Args:

@@ -107,8 +107,8 @@ def identify(
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are tried first; where no three of them are LEDs, two, unless the pose would show
-    more LEDs than that.
+    Three spots are needed, or exactly two whose pose would show no third LED: with more spots
+    than that some two of them nearly always fit somewhere.
 
     Args:
         geometry: What is known.
@@ -121,7 +121,7 @@ def identify(
         The fix; None where there are too few spots, none fits, or two different answers do.
     """
     for size, gate in ((_TRIPLE, config.triple_gate), (2, config.pair_gate)):
-        if len(pixels_px) < size:
+        if len(pixels_px) < size or (size < _TRIPLE and len(pixels_px) > size):
             continue
         spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
         fits = _solve(geometry, pixels_px, sigmas_px, spots, leds, arena_size_m=arena_size_m)

@@ -167,14 +167,14 @@ class LandmarkLocalizer:
         self._watch.judge(0 if used is None else len(used.leds), seen.expected)
         if self._watch.mode is Mode.SEARCHING:
             self._counts['lost'] += 1
+            self._filter.forget(math.inf)
         elif used is not None and len(used.leds) >= _TRIPLE and self._watch.check_due():
             self._check(used, joints, optics)
         return seen if used is None else used
 
     def _check(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Compare the filter with what the image alone says; believe the image if need be."""
-        fix = self._acquisition.from_image(seen, joints, optics)
-        if fix is None:
+        if (fix := self._acquisition.from_image(seen, joints, optics)) is None:
             return
         distance2 = self._acquisition.distance2(fix, joints)
         self._counts['contradicted'] += distance2 > self._config.watch.check_gate

@@ -15,11 +15,11 @@ __all__ = ['Panorama', 'Sightings']
 
 _STILL_M = 0.01
 """A robot that moved less than this has not moved. Chosen."""
-_SAME_RAD = math.radians(1.0)
+_SAME_RAD = math.radians(0.5)
 """Lights in directions nearer than this are one. Chosen: many times the encoder noise."""
 _MOST = 12
-_LEAST_HITS = 2
-"""A light seen once may be spurious."""
+_LEAST_HITS = 3
+"""A light seen once may be spurious; three spurious ones in one direction do not occur. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Panorama:
             self._lights.remove(min(self._lights, key=lambda light: light.hits))
 
     def sightings(self, most: int) -> Sightings:
-        """Return the lights that were seen more than once, those seen most often first.
+        """Return the lights that were seen three times or more, those seen most often first.
 
         Args:
             most: How many at most.

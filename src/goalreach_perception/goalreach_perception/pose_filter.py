@@ -138,7 +138,7 @@ class PoseFilter:
         nothing drifts away for ever.
 
         Args:
-            dt_s: Time since the last image.
+            dt_s: Time since the last image; infinite to forget all.
         """
         if self._kept is None or self._kept[0] != dt_s:
             keep = np.where(self._forgetting, math.exp(-dt_s / self._config.memory_s), 1.0)
