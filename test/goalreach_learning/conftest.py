@@ -13,7 +13,7 @@ from goalreach_learning.training import train
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.parameters import build_config
-from goalreach_msgs_py.values import PathOutcome, Pose2, PoseEstimate, RegionState
+from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2, PoseEstimate, RegionState
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
 from goalreach_sim.contact import Walls
 from goalreach_sim.drive_config import DriveConfig
@@ -79,7 +79,7 @@ class ClosedLoop:
         )
         return Robot(DriveConfig(), walls, watchdog_s=0.5)
 
-    def see(self, truth: Pose2, error: np.ndarray) -> RegionState:
+    def see(self, truth: Pose2, error: FloatArray) -> RegionState:
         sigma_m, sigma_rad = self.noise * 0.0127, self.noise * math.radians(0.2)
         pose = Pose2(
             x_m=truth.x_m + sigma_m * error[0],

@@ -7,6 +7,7 @@ import pytest
 from goalreach_learning.policy import Policy, best_actions, tie_tolerance
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import FloatArray
 
 
 def best(q: list[float], tried: list[int] | None = None) -> int:
@@ -37,7 +38,7 @@ def test_an_untried_action_is_not_best() -> None:
 
 
 @given(hnp.arrays(np.float64, 8, elements=st.floats(-1, 1)), st.integers(1, 255))
-def test_the_best_is_tried_and_nearly_the_highest(q: np.ndarray, mask: int) -> None:
+def test_the_best_is_tried_and_nearly_the_highest(q: FloatArray, mask: int) -> None:
     tried = [k for k in range(8) if mask >> k & 1]
     chosen = best(list(q), tried)
     assert chosen in tried

@@ -154,7 +154,7 @@ def train_batch(
         n: Number of learning phases.
     """
     lanes = _Lanes(arena, config, rng, n)
-    running = np.arange(n)
+    running: IntArray = np.arange(n)
     running = running[lanes.path < lanes.paths]
     while len(running):
         running = lanes.step(running)

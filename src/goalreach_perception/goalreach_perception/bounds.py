@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
@@ -95,12 +96,10 @@ def one_image_bound(
     return Bound(x_m=x_m, y_m=y_m, leds=int(seen.sum()), covariance=covariance)
 
 
-def _in_image(
-    projection: Projection, camera: PinholeCamera
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _in_image(projection: Projection, camera: PinholeCamera) -> NDArray[np.bool_]:
     """Return which LEDs are in the image."""
     u, v = projection.pixels_px.T
-    seen: np.ndarray[tuple[int], np.dtype[np.bool_]] = (
+    seen: NDArray[np.bool_] = (
         (u > 0) & (v > 0) & (u < camera.width_px - 1) & (v < camera.height_px - 1)
     )
     return seen & (projection.depth_m > 0.06)  # noqa: PLR2004 - just above the model's floor

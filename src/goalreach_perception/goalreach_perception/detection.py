@@ -210,4 +210,4 @@ def _moment_sums(radius: int, near: int) -> NDArray[np.float32]:
     whole = np.stack([np.ones_like(u), u, v, u * u + v * v], axis=-1)
     inner = whole * ((np.abs(u) <= near) & (np.abs(v) <= near))[..., None]
     sums = np.concatenate([inner, whole], axis=-1).reshape(-1, 8)
-    return sums.astype(np.float32)
+    return np.asarray(sums, dtype=np.float32)

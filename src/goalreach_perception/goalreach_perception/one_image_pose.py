@@ -131,7 +131,7 @@ def _weights(
     covariance = jacobian @ nuisance @ jacobian.swapaxes(-1, -2)
     diagonal = np.arange(covariance.shape[-1])
     covariance[:, diagonal, diagonal] += variances_px2
-    return np.linalg.inv(covariance)
+    return np.asarray(np.linalg.inv(covariance), dtype=np.float64)
 
 
 def solve_poses(

@@ -58,7 +58,7 @@ def innovate(
     spots = np.repeat(sigmas_px * sigmas_px, 2)
     covariance = part.covariance.copy()
     covariance.flat[:: len(spots) + 1] += spots
-    inverse = np.linalg.inv(covariance)
+    inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
     return innovation, spots, inverse, float(innovation @ inverse @ innovation)
 
 

@@ -234,7 +234,8 @@ def _watch(state: FloatArray, step_s: FloatArray) -> None:
 def _direction(wheels: BatchMotion) -> FloatArray:
     """Return 1 for robots that drive forwards or are about to, else -1."""
     speed, acceleration = wheels.speed_m_per_s, wheels.acceleration_m_per_s2
-    return np.copysign(1.0, np.where(speed != 0.0, speed, acceleration))
+    sign: FloatArray = np.copysign(1.0, np.where(speed != 0.0, speed, acceleration))
+    return sign
 
 
 def _true_motion(state: FloatArray, wheels: BatchMotion) -> BatchMotion:

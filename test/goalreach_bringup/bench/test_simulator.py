@@ -75,7 +75,9 @@ def test_the_clock_is_held_against_what_was_told_of_the_same_time() -> None:
     # Ten seconds at twice real time, five at 1.5 (told at their end), five at 2.
     walls_s = np.arange(0.0, 20.01, 0.02)
     sim_s = np.interp(walls_s, [0.0, 10.0, 15.0, 20.0], [0.0, 20.0, 27.5, 37.5])
-    ticks = [(100.0 + w, round(s * 1e9)) for w, s in zip(walls_s, sim_s, strict=True)]
+    ticks = [
+        (100.0 + float(w), round(float(s) * 1e9)) for w, s in zip(walls_s, sim_s, strict=True)
+    ]
     rate = _rate(ticks, [(98.0, 0.3), (115.0, 1.5), (123.0, 0.2)], 2.0)
     assert rate.measured == pytest.approx(37.5 / 20.0)
     assert rate.told == pytest.approx(37.5 / 20.0)

@@ -122,7 +122,8 @@ def _pose(pose: Any) -> tuple[float, float, float]:  # noqa: ANN401 - a decoded 
 
 def _sigma(covariance: Any) -> Floats:  # noqa: ANN401 - a decoded message
     diagonal = np.asarray(covariance, dtype=np.float64).reshape(6, 6).diagonal()
-    return np.sqrt(np.maximum(diagonal[list(_PLANAR)], 0.0))
+    sigma: Floats = np.sqrt(np.maximum(diagonal[list(_PLANAR)], 0.0))
+    return sigma
 
 
 def _trusted(rows: Sequence[Any], doubt: NDArray[np.bool_]) -> Floats:
