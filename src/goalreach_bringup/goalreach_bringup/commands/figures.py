@@ -30,6 +30,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=None,
         help='file of `evaluate --json` or `run --summary`, for the paths with all sensors',
     )
+    parser.add_argument(
+        '--animate',
+        action='store_true',
+        help='also draw a path as a short GIF: of the evaluation, or of the policy alone',
+    )
     add_arena_option(parser)
     parser.add_argument('--out', type=Path, default=Path('figures'), help='folder for the files')
 
@@ -50,9 +55,30 @@ def execute(options: argparse.Namespace) -> int:
     for name, figure in _figures(options, arena, policy).items():
         for file in write_figure(figure, options.out, name):
             print(file)
+    if options.animate:
+        print(_animate(options, arena, policy))
     if options.evaluation is None:
         print('figure 7 (paths with the full sensor chain) needs --evaluation FILE: left out')
     return 0
+
+
+def _animate(options: argparse.Namespace, arena: Arena, policy: Policy) -> Path:
+    from goalreach_bringup.figures.animation_file import write_animation
+    from goalreach_bringup.figures.evaluation_file import read_evaluation
+    from goalreach_bringup.figures.path_animation import Course, animate
+    from goalreach_bringup.figures.policy_figures import course_tracks
+
+    if options.evaluation is not None:
+        evaluation = read_evaluation(options.evaluation)
+        longest = max(evaluation.paths, key=lambda path: len(path.points_m))
+        label = f'{evaluation.mode}, {longest.outcome}'
+        courses = [Course(label=label, points_m=longest.points_m)]
+        title = 'A path with the full sensor chain'
+    else:
+        tracks = course_tracks(arena, policy)
+        courses = [Course(label=name, points_m=track.points_m) for name, track in tracks.items()]
+        title = 'From the same start, fuzzy and crisp (kinematic)'
+    return write_animation(animate(arena, courses, title), options.out, 'path')
 
 
 def _figures(options: argparse.Namespace, arena: Arena, policy: Policy) -> dict[str, Figure]:

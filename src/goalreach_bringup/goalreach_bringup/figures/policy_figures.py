@@ -21,15 +21,15 @@ from goalreach_bringup.figures.arena_axes import (
 )
 from goalreach_bringup.figures.evaluation_file import RecordedPath
 from goalreach_learning.actions import ACTION_DIRECTIONS, ACTIONS_DEG
-from goalreach_learning.kinematic_drive import blended_track, crisp_track
+from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.units import INCH_M
-from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.values import FloatArray, Pose2
 
-__all__ = ['blended_paths', 'crisp_paths', 'optimal_actions', 'recorded_paths']
+__all__ = ['blended_paths', 'course_tracks', 'crisp_paths', 'optimal_actions', 'recorded_paths']
 
 _ARROW_IN = 26.0
 _GOAL = 'goal'
@@ -78,6 +78,19 @@ def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
     ]
     _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
     return figure
+
+
+def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
+    """Return the fuzzy and the crisp track from the start whose fuzzy track is longest."""
+
+    def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return _fuzzy_state(policy.regions, x_m, y_m)
+
+    def fuzzy(start: Pose2) -> Track:
+        return blended_track(arena, policy, start, mode='fuzzy', memberships=fuzzy_state)
+
+    start = max(arena.starts, key=lambda pose: fuzzy(pose).length_m)
+    return {'fuzzy': fuzzy(start), 'crisp': crisp_track(arena, policy, start)}
 
 
 def _fuzzy_state(
