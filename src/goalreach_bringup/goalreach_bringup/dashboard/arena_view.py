@@ -46,6 +46,8 @@ def arena_view(
         'odometry': _ghost(robot.odometry, arena.length_m),
         'commanded': dict(HIDDEN),
     }
+    if lost:
+        view['sight-lines'] = {'html': ''}
     if heading_rad is not None and robot.estimate is not None:
         pose = robot.estimate.pose
         x, y = cm(pose.x_m, pose.y_m, arena.length_m)
