@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-import random
 import signal
 import statistics
 import tempfile
@@ -90,7 +89,7 @@ def _real_time_run(folder: Path, seed: int, seconds: float) -> list[BenchRow]:
 
 def _sudden_deaths(folder: Path, seed: int, kills: int) -> BenchRow:
     """Kill recorders of running graphs at random moments; count bags that are whole after."""
-    rng = random.Random(seed)  # noqa: S311 - moments
+    rng = np.random.default_rng(seed)
     readable = 0
     for number in range(kills):
         path = folder / f'killed-{number}'
