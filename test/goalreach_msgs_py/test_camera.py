@@ -4,8 +4,11 @@ The arithmetic beside each case uses nothing but similar triangles, so that a si
 by simulator and localizer cannot hide here.
 """
 
+from dataclasses import replace
 import math
 
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
@@ -124,3 +127,20 @@ def test_rotation_is_a_rotation() -> None:
 def test_refuses_a_camera_without_focal_length() -> None:
     with pytest.raises(ConfigurationError, match=r'fx_px = 0\.0'):
         PinholeCamera(fx_px=0.0, fy_px=1.0, cx_px=0.0, cy_px=0.0)
+
+
+@given(
+    st.floats(-3, 3),
+    st.floats(-3, 3),
+    st.floats(-2, 6).filter(lambda depth_m: depth_m < 0.0 or depth_m > 0.01),
+    st.sampled_from([(0.0, 0.0, 0.0, 0.0, 0.0), (-0.2, 0.05, 1e-3, -2e-3, 0.01)]),
+)
+def test_one_point_is_projected_as_many_are(
+    x_m: float, y_m: float, z_m: float, distortion: tuple[float, float, float, float, float]
+) -> None:
+    camera = replace(
+        PinholeCamera.from_field_of_view(horizontal_fov_rad=1.0), distortion=distortion
+    )
+    expected = camera.project(np.array([[x_m, y_m, z_m]]))[0]
+    found = camera.project_point(x_m, y_m, z_m)
+    assert np.allclose(found, expected, rtol=1e-12, atol=1e-9, equal_nan=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import math
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,11 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray, HeadAngles
 
 __all__ = ['PinholeCamera', 'camera_azimuth', 'optical_rotation', 'points_in_camera']
+
+_NEAREST_M = 1e-3
+# Depth from which on a point counts as in front of the camera; chosen.
+
+_Number = TypeVar('_Number', float, FloatArray)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +87,7 @@ class PinholeCamera:
         """
         depth_m = points_m[:, 2]
         with np.errstate(divide='ignore', invalid='ignore'):
-            x = np.where(depth_m > 1e-3, points_m[:, 0] / depth_m, np.nan)  # noqa: PLR2004 - 1 mm
+            x = np.where(depth_m > _NEAREST_M, points_m[:, 0] / depth_m, np.nan)
             y = points_m[:, 1] / depth_m
         if any(self.distortion):
             x, y = self._distort(x, y)
@@ -90,7 +96,25 @@ class PinholeCamera:
         pixels[:, 1] = np.where(np.isnan(x), np.nan, self.cy_px + self.fy_px * y)
         return pixels
 
-    def _distort(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def project_point(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float]:
+        """Return the pixel (u, v) of one point as `project` does, without arrays.
+
+        Args:
+            x_m: To the right in the optical frame, metres.
+            y_m: Down.
+            z_m: Forward.
+
+        Returns:
+            The pixel; NaN where the point is not in front of the camera (z <= 1 mm).
+        """
+        if not z_m > _NEAREST_M:
+            return math.nan, math.nan
+        x, y = x_m / z_m, y_m / z_m
+        if any(self.distortion):
+            x, y = self._distort(x, y)
+        return self.cx_px + self.fx_px * x, self.cy_px + self.fy_px * y
+
+    def _distort(self, x: _Number, y: _Number) -> tuple[_Number, _Number]:
         k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))

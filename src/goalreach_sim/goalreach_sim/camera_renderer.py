@@ -64,7 +64,7 @@ class CameraRenderer:
         self._view = CameraView(
             camera, landmarks_m, posts=posts, rolling_exposure_s=optics.rolling_exposure_s
         )
-        self._axes = emission_axes(landmarks_m, *arena_size_m)
+        self._axes = emission_axes(landmarks_m, *arena_size_m).tolist()
         self._exponent = emission_exponent(optics.led_half_angle_rad)
         self._optics = optics
         self._noise = noise
@@ -83,16 +83,15 @@ class CameraRenderer:
         image: NDArray[np.uint8] = self._bank[offset : offset + self._size].copy()
         image = image.reshape(self._shape)
         pixels = self._view.pixels(pose)
-        to_camera = pose.centre_m - self._landmarks_m
-        along = np.einsum('ij,ij->i', to_camera, self._axes).tolist()
-        squares = np.einsum('ij,ij->i', to_camera, to_camera).tolist()
+        to_camera = (pose.centre_m - self._landmarks_m).tolist()
         events = self._event_rng.random(len(pixels) + _SPURIOUS_DRAWS).tolist()
-        for (u_px, v_px), along_m, square, chance in zip(
-            pixels, along, squares, events, strict=False
+        for (u_px, v_px), (x_m, y_m, z_m), (ax, ay, az), chance in zip(
+            pixels, to_camera, self._axes, events, strict=False
         ):
             if chance < self._noise.dropout_probability or math.isnan(u_px):
                 continue
-            range_m = math.sqrt(square)
+            range_m = math.sqrt(x_m * x_m + y_m * y_m + z_m * z_m)
+            along_m = x_m * ax + y_m * ay + z_m * az
             strength = emission(along_m / range_m, self._exponent)
             self._add_spot(image, u_px, v_px, range_m, strength)
         self._add_spurious(image, *events[len(pixels) :])
@@ -110,7 +109,7 @@ class CameraRenderer:
             return
         across = pixel_shares(u_px, sigma_px, columns.start, columns.stop)
         down = pixel_shares(v_px, sigma_px, rows.start, rows.stop)
-        light_dn: FloatArray = np.multiply.outer(flux_dn * down, across)
+        light_dn: FloatArray = (flux_dn * down)[:, None] * across
         if self._optics.shot_noise > 0.0:
             noise = self._rng.standard_normal(light_dn.shape)
             light_dn += self._optics.shot_noise * np.sqrt(light_dn) * noise

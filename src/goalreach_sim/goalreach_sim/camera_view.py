@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 
-from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.occlusion import Post, is_hidden
 
@@ -60,15 +61,14 @@ class CameraView:
         rolling_exposure_s: float = 0.0,
     ) -> None:
         self._camera = camera
-        self._landmarks_m = landmarks_m
-        self._landmark_lists = landmarks_m.tolist()
+        self._landmark_lists: list[list[float]] = landmarks_m.tolist()
         self._posts = posts
         self._rolling_exposure_s = rolling_exposure_s
         self._widest = _monotonic_radius(camera)
 
     def pixels(self, pose: CameraPose) -> list[tuple[float, float]]:
         """Return the pixel (u, v) of each LED; NaN where it is behind the camera or hidden."""
-        pixels: list[tuple[float, float]] = self._project(self._landmarks_m, pose, 0.0).tolist()
+        pixels = self._project(self._landmark_lists, pose, 0.0)
         if self._rolling_exposure_s > 0.0:
             for index, (_, v_px) in enumerate(pixels):
                 pixels[index] = self._at_its_row(index, v_px, pose)
@@ -76,33 +76,40 @@ class CameraView:
             centre_m = pose.centre_m.tolist()
             for index, led_m in enumerate(self._landmark_lists):
                 if is_hidden(centre_m, led_m, self._posts):
-                    pixels[index] = (np.nan, np.nan)
+                    pixels[index] = (math.nan, math.nan)
         return pixels
 
-    def _project(self, points_m: FloatArray, pose: CameraPose, time_s: float) -> FloatArray:
-        """Return the pixels at a time relative to the stamp."""
-        inside_m = points_in_camera(
-            points_m,
-            pose.centre_m + time_s * pose.velocity_m_per_s,
+    def _project(
+        self, points_m: list[list[float]], pose: CameraPose, time_s: float
+    ) -> list[tuple[float, float]]:
+        """Return the pixels at a time relative to the stamp, without arrays: points are few."""
+        right, down, forward = optical_rotation(
             pose.azimuth_rad + time_s * pose.azimuth_rad_per_s,
             pose.tilt_rad + time_s * pose.tilt_rad_per_s,
-        )
-        pixels = self._camera.project(inside_m)
-        if self._widest < _WIDEST:
-            sideways_m = np.hypot(inside_m[:, 0], inside_m[:, 1])
-            pixels[sideways_m > self._widest * inside_m[:, 2]] = np.nan
+        ).tolist()
+        cx_m, cy_m, cz_m = (pose.centre_m + time_s * pose.velocity_m_per_s).tolist()
+        pixels = []
+        for px_m, py_m, pz_m in points_m:
+            dx_m, dy_m, dz_m = px_m - cx_m, py_m - cy_m, pz_m - cz_m
+            x_m = right[0] * dx_m + right[1] * dy_m + right[2] * dz_m
+            y_m = down[0] * dx_m + down[1] * dy_m + down[2] * dz_m
+            z_m = forward[0] * dx_m + forward[1] * dy_m + forward[2] * dz_m
+            if self._widest < _WIDEST and math.hypot(x_m, y_m) > self._widest * z_m:
+                pixels.append((math.nan, math.nan))
+            else:
+                pixels.append(self._camera.project_point(x_m, y_m, z_m))
         return pixels
 
     def _at_its_row(self, index: int, v_px: float, pose: CameraPose) -> tuple[float, float]:
         """Return the pixel of an LED at the time when the row it falls on is exposed."""
-        u_px, last_row = np.nan, self._camera.height_px - 1
-        point_m = self._landmarks_m[index : index + 1]
+        u_px, last_row = math.nan, self._camera.height_px - 1
+        point_m = self._landmark_lists[index : index + 1]
         for _ in range(_ROLLING_STEPS):
-            if np.isnan(v_px):
+            if math.isnan(v_px):
                 break
             row = min(max(v_px, 0.0), float(last_row))
             time_s = (row / last_row - 1.0) * self._rolling_exposure_s
-            u_px, v_px = self._project(point_m, pose, time_s)[0].tolist()
+            u_px, v_px = self._project(point_m, pose, time_s)[0]
         return u_px, v_px
 
 
