@@ -90,9 +90,19 @@ def process(localizer: LandmarkLocalizer, frame: SensorFrame, **change: object) 
     return localizer.process(**{**arguments, **change})
 
 
-def test_the_first_image_with_three_leds_tells_the_pose() -> None:
+def started() -> LandmarkLocalizer:
+    """Return a localizer that has seen the first frame often enough to believe it."""
+    localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
+    process(localizer, frame, time_ns=0)
+    process(localizer, frame, time_ns=500)
+    return localizer
+
+
+def test_the_second_image_with_three_leds_tells_the_pose() -> None:
     frame = first_frame()
-    output = process(LandmarkLocalizer(LocalizerConfig()), frame)
+    localizer = LandmarkLocalizer(LocalizerConfig())
+    assert process(localizer, frame, time_ns=0).mode == 'confirming'
+    output = process(localizer, frame, time_ns=500)
     assert output.mode == 'tracking'
     assert output.reason == ''
     assert all(landmark is not None for landmark in output.landmarks)
@@ -138,7 +148,7 @@ NAN_ODOMETRY = Odometry(
 def test_unusable_inputs_are_refused_and_the_next_good_one_is_used(
     change: dict[str, object], reason: str
 ) -> None:
-    localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
+    localizer, frame = started(), first_frame()
     good = process(localizer, frame, time_ns=1000)
     refused = process(localizer, frame, **{'time_ns': 2000, **change})
     assert refused.mode == 'refused'
@@ -153,8 +163,8 @@ def test_unusable_inputs_are_refused_and_the_next_good_one_is_used(
 @pytest.mark.parametrize('kind', ['black', 'white', 'noise', 'uniform'])
 def test_images_without_leds_end_a_pose(kind: str) -> None:
     rng = np.random.default_rng(0)
-    localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
-    assert process(localizer, frame).mode == 'tracking'
+    localizer, frame = started(), first_frame()
+    assert process(localizer, frame, time_ns=1000).mode == 'tracking'
     for k in range(1, 40):
         image = {
             'black': np.zeros((480, 640), np.uint8),
@@ -171,8 +181,7 @@ def test_images_without_leds_end_a_pose(kind: str) -> None:
 
 
 def test_odometry_that_jumps_ends_a_pose_at_once() -> None:
-    localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
-    process(localizer, frame)
+    localizer, frame = started(), first_frame()
     jumped = dataclasses.replace(frame.odometry, pose=Pose2(x_m=9.0, y_m=9.0, heading_rad=0.0))
     dark = np.full((480, 640), 10, dtype=np.uint8)
     output = process(localizer, frame, time_ns=40_000_000, odometry=jumped, image=dark)
@@ -182,8 +191,7 @@ def test_odometry_that_jumps_ends_a_pose_at_once() -> None:
 
 def test_a_wrong_filter_gives_way_to_what_single_images_say() -> None:
     # The filter is told, with great confidence, of a pose a hand's breadth away.
-    localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
-    process(localizer, frame)
+    localizer, frame = started(), first_frame()
     wrong = Pose2(x_m=1.9, y_m=3.4, heading_rad=-math.pi / 2)
     localizer.filter.start(wrong, 1e-8 * np.eye(3))
     outputs = [process(localizer, frame, time_ns=k * 40_000_000) for k in range(1, 12)]

@@ -7,7 +7,7 @@ from goalreach_perception.pose_watch import Mode, PoseWatch, WatchConfig
 
 def tracking() -> PoseWatch:
     watch = PoseWatch(WatchConfig())
-    watch.start(sure=True)
+    watch.start(None)
     return watch
 
 
@@ -52,7 +52,7 @@ def test_three_seconds_without_any_led_end_a_pose() -> None:
 
 def test_a_pair_is_confirmed_by_three_images() -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(sure=False)
+    watch.start(2)
     for used in (2, 1, 2):
         watch.judge(used, 2)
         assert watch.mode is Mode.CONFIRMING
@@ -60,10 +60,28 @@ def test_a_pair_is_confirmed_by_three_images() -> None:
     assert watch.mode is Mode.TRACKING
 
 
+def test_three_lights_must_be_seen_once_more() -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start(3)
+    modes = []
+    for used in (2, 2, 3):
+        watch.judge(used, 3)
+        modes.append(watch.mode)
+    assert modes == [Mode.CONFIRMING, Mode.CONFIRMING, Mode.TRACKING]
+
+
+def test_two_of_three_lights_are_not_enough_for_ever() -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start(3)
+    for _ in range(8):
+        watch.judge(2, 3)
+    assert watch.mode is Mode.SEARCHING
+
+
 @pytest.mark.parametrize(('used', 'expected'), [(0, 2), (0, 0), (1, 3)])
 def test_a_pair_that_is_not_borne_out_is_dropped(used: int, expected: int) -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(sure=False)
+    watch.start(2)
     watch.judge(used, expected)
     assert watch.mode is Mode.SEARCHING
 

@@ -64,8 +64,8 @@ class Acquisition:
     ) -> tuple[Pose2, FloatArray] | None:
         """Add an image; return the pose that its lights and earlier ones tell together.
 
-        Each of the lights used was seen three times or more, so even two need no confirmation: neither
-        is a spurious light, and no other pose fits them.
+        Each of the lights used was seen three times or more, so even two need no confirmation:
+        neither is a spurious light, and no other pose fits them.
 
         Args:
             lights: The lights of the image.

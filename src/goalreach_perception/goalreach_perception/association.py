@@ -36,7 +36,7 @@ class AssociationConfig:
     """When a labelling is believed."""
 
     triple_gate: float = parameter(
-        25.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 2e-5)', minimum=1.0
+        18.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 4e-4)', minimum=1.0
     )
     pair_gate: float = parameter(
         12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', minimum=1.0
@@ -46,8 +46,11 @@ class AssociationConfig:
         'How much larger the chi-square of the second best must be (likelihood ratio e^-12)',
         minimum=1.0,
     )
-    wall_margin_m: float = parameter(
-        0.1, 'How far outside the walls a pose may come out, m (chosen)', minimum=0.0, maximum=5.0
+    wall_clearance_m: float = parameter(
+        0.1,
+        'Least distance of a pose from the walls, m (chosen: the body has a radius of 0.225 m)',
+        minimum=-5.0,
+        maximum=5.0,
     )
 
     def __post_init__(self) -> None:
@@ -128,7 +131,7 @@ def identify(
         if fits is None:
             continue
         solutions, spots, leds = fits
-        inside = _inside(solutions.poses, arena_size_m, config.wall_margin_m)
+        inside = _inside(solutions.poses, arena_size_m, -config.wall_clearance_m)
         chi2 = np.where(inside, solutions.chi2, np.inf)
         best = int(chi2.argmin())
         if chi2[best] > gate:
@@ -199,7 +202,7 @@ def _seeds(
 def _inside(
     poses: FloatArray, arena_size_m: tuple[float, float], margin_m: float
 ) -> NDArray[np.bool_]:
-    """Return which poses lie in the arena or at most a margin outside; False where NaN."""
+    """Return which poses lie in the arena or at most a margin outside them; False where NaN."""
     width_m, length_m = arena_size_m
     x, y = poses[:, 0], poses[:, 1]
     inside: NDArray[np.bool_] = (

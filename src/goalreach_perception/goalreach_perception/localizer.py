@@ -195,25 +195,25 @@ class LandmarkLocalizer:
         elif fix is None:
             around = self._acquisition.from_panorama(lights, joints, odometry, optics)
             if around is not None:
-                self._start(*around, sure=True)
+                self._start(*around, leds=None)
             return None
         rows = fix.spots.tolist()
         seen = SeenLeds(fix.leds, spots[rows], lights.pixels_px[rows], len(rows))
         self._restart(fix, seen, joints, optics)
         return seen
 
-    def _start(self, pose: Pose2, covariance: FloatArray, *, sure: bool) -> None:
+    def _start(self, pose: Pose2, covariance: FloatArray, *, leds: int | None) -> None:
         """Start the filter at a pose."""
         self._filter.start(pose, covariance)
         self._counts['acquired'] += 1
-        self._watch.start(sure=sure)
+        self._watch.start(leds)
         self._acquisition.clear()
 
     def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
-        self._start(pose, _START_COVARIANCE, sure=len(seen.leds) >= _TRIPLE)
+        self._start(pose, _START_COVARIANCE, leds=len(seen.leds))
         prediction = self._filter.expect(optics.lens, joints, solved=True)
         self._filter.correct(prediction, *seen.measured)
 

@@ -44,7 +44,7 @@ class LocalizerOutput:
             covariance of "anywhere in it, any heading".
         landmarks: One entry per LED; None where it was not seen.
         head_command: Joint targets.
-        mode: 'searching', 'confirming' (a pose from two LEDs, not yet believed), 'tracking',
+        mode: 'searching', 'confirming' (a pose from one image, not yet believed), 'tracking',
             'doubtful' (nothing is where it should be) or 'refused' (the input is unusable).
         reason: Why the mode is not 'tracking', or an empty text.
         counters: What happened since the start.

@@ -39,7 +39,17 @@ class WatchConfig:
         maximum=100000,
     )
     pair_confirmations: int = parameter(
-        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=1, maximum=1000
+        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=0, maximum=1000
+    )
+    triple_confirmations: int = parameter(
+        1,
+        'Images that must bear out a pose from three LEDs: one may have been a spurious light '
+        '(chosen)',
+        minimum=0,
+        maximum=1000,
+    )
+    confirm_within_frames: int = parameter(
+        8, 'Images within which a pose must be borne out (chosen: 0.3 s)', minimum=1, maximum=1000
     )
     check_every_frames: int = parameter(
         25,
@@ -78,23 +88,27 @@ class PoseWatch:
         self.reason = 'no fix yet'
         self._misses = 0
         self._unseen = 0
-        self._confirmations = 0
-        self._contradictions = 0
-        self._checked = 0
+        self._confirmations = self._to_confirm = self._to_see = self._patience = 0
+        self._contradictions = self._checked = 0
 
-    def start(self, *, sure: bool) -> None:
+    def start(self, leds: int | None) -> None:
         """Take note of a new pose.
 
         Args:
-            sure: False for one from two lights of one image, which must be confirmed.
+            leds: How many lights of one image it came from; as many must be seen again for it to
+                be believed. None for a pose that is sure.
         """
         self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
-        if sure:
+        pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
+        self._to_see = leds or 0
+        self._to_confirm = 0 if leds is None else (pair if leds <= _PAIR else triple)
+        self._patience = self._config.confirm_within_frames
+        if self._to_confirm == 0:
             self.mode, self.reason = Mode.TRACKING, ''
         else:
             self.mode = Mode.CONFIRMING
-            self.reason = 'a pose from two LEDs waits for confirmation'
+            self.reason = f'a pose from {leds} lights waits for confirmation'
 
     def lose(self, reason: str) -> None:
         """Give the pose up."""
@@ -125,11 +139,12 @@ class PoseWatch:
             self.mode, self.reason = Mode.DOUBTFUL, 'none of the expected LEDs is seen'
 
     def _confirm(self, used: int, *, bad: bool) -> None:
-        self._confirmations += used >= _PAIR
-        if bad:
-            self.lose('a pose from two LEDs was not confirmed')
-        elif self._confirmations >= self._config.pair_confirmations:
+        self._confirmations += used >= self._to_see
+        self._patience -= 1
+        if self._confirmations >= self._to_confirm:
             self.mode, self.reason = Mode.TRACKING, ''
+        elif bad or self._patience <= 0:
+            self.lose('a new pose was not confirmed')
 
     def check_due(self) -> bool:
         """Count an image with three LEDs; return whether to check the pose against it alone."""
