@@ -50,7 +50,7 @@ def test_draws_all_seven_as_svg_and_png(tmp_path: Path, evaluation: Path) -> Non
 def drawn(monkeypatch: pytest.MonkeyPatch) -> dict[str, Figure]:
     figures: dict[str, Figure] = {}
 
-    def note(figure: Figure, _folder: Path, name: str) -> tuple[Path, ...]:
+    def note(figure: Figure, _folder: Path, name: str, _endings: object) -> tuple[Path, ...]:
         figures[name] = figure
         return ()
 
@@ -63,8 +63,26 @@ def test_without_an_evaluation_says_what_is_left_out(
 ) -> None:
     assert main(['figures', '--out', str(tmp_path)]) == 0
     text = capsys.readouterr().out
-    assert 'figure 7 (paths with the full sensor chain) needs --evaluation' in text
+    assert 'figure 7 (paths with all sensors) needs --evaluation' in text
     assert tuple(drawn) == NAMES[:6]
+
+
+def test_drives_the_starts_itself_and_tells_the_seed(
+    tmp_path: Path, drawn: dict[str, Figure]
+) -> None:
+    assert main(['figures', '--drive', '--seed', '7', '--out', str(tmp_path)]) == 0
+    assert tuple(drawn) == NAMES
+    assert 'seed 7' in drawn[NAMES[-1]].get_supxlabel()
+    assert drawn[NAMES[1]].get_supxlabel() == 'Policy: learned with seed 7'
+    legend = drawn[NAMES[-1]].axes[0].get_legend()
+    assert legend is not None
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert 'goal reached: 22 of 22' in labels
+
+
+def test_writes_png_alone(tmp_path: Path) -> None:
+    assert main(['figures', '--format', 'png', '--out', str(tmp_path)]) == 0
+    assert {file.suffix for file in tmp_path.iterdir()} == {'.png'}
 
 
 def test_the_policy_file_is_the_one_drawn(tmp_path: Path, drawn: dict[str, Figure]) -> None:

@@ -45,6 +45,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar='DIR',
         help='where finished parts are kept; what is there is not measured again',
     )
+    parser.add_argument(
+        '--as-it-is',
+        action='store_true',
+        help='write the document from what is there, drive nothing',
+    )
     parser.add_argument('--out', type=Path, metavar='FILE', help='the document, in Markdown')
 
 
@@ -70,7 +75,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     learning = _learning(options, results)
     blends = _blends(options, results)
     driven, arenas = _drive(options, results)
-    without, images = _compare_policies(options, results)
+    policies, without, images = _compare_policies(options, results)
     evidence = Evidence(
         learning=learning,
         blends=blends,
@@ -78,7 +83,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
         arenas=arenas,
         without=without,
         images=images,
-        policies=options.image_policies,
+        policies=policies,
         image_trials=options.image_trials,
         seed=options.seed,
     )
@@ -142,7 +147,7 @@ def _drive(
 
 def _compare_policies(
     options: argparse.Namespace, results: ResultsFolder
-) -> tuple[list[DrivenPath], list[DrivenPath]]:
+) -> tuple[int, list[DrivenPath], list[DrivenPath]]:
     from goalreach_bringup.reproduction.plans import policy_studies
     from goalreach_bringup.reproduction.runner import image_policies, paths_of
 
@@ -152,12 +157,14 @@ def _compare_policies(
         results,
         jobs=options.jobs,
         seed=options.seed,
+        learn=not options.as_it_is,
     )
     without, images = policy_studies(
         options.seed, policies, options.policy_paths, trials=options.image_trials
     )
     _run([*without, *images], options, results)
     return (
+        len(policies),
         [path for study in without for path in paths_of(study, results)],
         [path for study in images for path in paths_of(study, results)],
     )
@@ -167,6 +174,8 @@ def _run(studies: Sequence[Study], options: argparse.Namespace, results: Results
     from goalreach_bringup.reproduction.runner import drive_studies
     from goalreach_bringup.terminal import progress_bar
 
+    if options.as_it_is:
+        return
     total = sum(study.sessions for study in studies)
     with progress_bar('driving', total=total) as advance:
         drive_studies(studies, results, jobs=options.jobs, progress=advance)
@@ -177,6 +186,8 @@ def _rows(driven: dict[tuple[str, str, str], list[DrivenPath]]) -> list[BenchRow
 
     rows = []
     for (noise, mode, kind), paths in driven.items():
+        if not paths:
+            continue
         reached = sum(path.outcome == 'goal' for path in paths)
         low, high = wilson_interval(reached, len(paths))
         bound = 100.0 if noise == 'nominal' else 99.5

@@ -37,10 +37,12 @@ class Evaluation:
     Attributes:
         mode: How the policy was driven.
         paths: The paths that were traced.
+        origin: Seed and noise in words, for a caption; empty where the file does not tell.
     """
 
     mode: str
     paths: tuple[RecordedPath, ...]
+    origin: str = ''
 
 
 def read_evaluation(path: Path | str) -> Evaluation:
@@ -64,7 +66,15 @@ def read_evaluation(path: Path | str) -> Evaluation:
     traced = tuple(found for found in paths if found is not None)
     if not traced:
         raise FileFormatError(path, 'paths: none has a trace to draw')
-    return Evaluation(mode=str(document.get('mode', '')), paths=traced)
+    return Evaluation(mode=str(document.get('mode', '')), paths=traced, origin=_origin(document))
+
+
+def _origin(document: dict[str, Any]) -> str:
+    config = document.get('config')
+    noise = config.get('noise') if isinstance(config, dict) else None
+    words = [f'{noise} noise'] if isinstance(noise, str) else []
+    seed = document.get('seed')
+    return ', '.join([*words, f'seed {seed}'] if isinstance(seed, int) else words)
 
 
 def _path(file: Path | str, place: str, entry: Any) -> RecordedPath | None:  # noqa: ANN401 - JSON

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,19 +16,23 @@ from goalreach_msgs_py.errors import FileFormatError
 __all__ = ['write_figure']
 
 _PNG_DPI = 160
+_METADATA: Any = {'svg': {'Date': None}, 'png': {'Software': None}}
 _SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
 
 
-def write_figure(figure: Figure, folder: Path, name: str) -> tuple[Path, ...]:
-    """Write a figure as `NAME.svg` and `NAME.png`.
+def write_figure(
+    figure: Figure, folder: Path, name: str, endings: Sequence[str] = ('svg', 'png')
+) -> tuple[Path, ...]:
+    """Write a figure as `NAME.svg`, `NAME.png` or both.
 
     Args:
         figure: What to write.
         folder: Where; made if it is not there.
         name: Name without ending.
+        endings: Which of the two.
 
     Returns:
-        The two files.
+        The files.
 
     Raises:
         FileFormatError: A file cannot be written.
@@ -37,10 +42,10 @@ def write_figure(figure: Figure, folder: Path, name: str) -> tuple[Path, ...]:
     except OSError as error:
         raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
     files = []
-    for ending, metadata in (('svg', {'Date': None}), ('png', {'Software': None})):
+    for ending in endings:
         content = BytesIO()
         with rc_context(_SETTINGS):
-            figure.savefig(content, format=ending, dpi=_PNG_DPI, metadata=metadata)
+            figure.savefig(content, format=ending, dpi=_PNG_DPI, metadata=_METADATA[ending])
         files.append(folder / f'{name}.{ending}')
         write_bytes_atomically(files[-1], content.getvalue())
     return tuple(files)

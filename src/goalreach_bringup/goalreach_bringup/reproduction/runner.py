@@ -27,7 +27,7 @@ def drive_studies(
     """Drive every session that is not there yet, and keep each as soon as it is done.
 
     Args:
-        studies: What to drive, the most important first.
+        studies: What to drive.
         results: Where results are kept.
         jobs: Number of processes.
         progress: Called with 1 after each session.
@@ -35,17 +35,23 @@ def drive_studies(
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
         waiting: dict[Future[list[DrivenPath]], tuple[Study, int]] = {}
-        for study in studies:
-            plan, there = study.plan(), results.sessions(study.name)
-            for number in range(study.sessions):
-                if number in there:
-                    progress(1)
-                else:
-                    waiting[pool.submit(_drive, plan, number)] = (study, number)
+        for number, study in _missing(studies, results):
+            waiting[pool.submit(_drive, study.plan(), number)] = (study, number)
+        progress(sum(study.sessions for study in studies) - len(waiting))
         for done in as_completed(waiting):
             study, number = waiting[done]
             results.add_session(study.name, number, done.result())
             progress(1)
+
+
+def _missing(studies: Sequence[Study], results: ResultsFolder) -> list[tuple[int, Study]]:
+    """Return the sessions not there yet, the first of every study before the second of any."""
+    missing: list[tuple[int, int, Study]] = []
+    for order, study in enumerate(studies):
+        there = results.sessions(study.name)
+        missing += [(n, order, study) for n in range(study.sessions) if n not in there]
+    missing.sort(key=lambda one: one[:2])
+    return [(number, study) for number, _, study in missing]
 
 
 def _drive(plan: EvaluationPlan, number: int) -> list[DrivenPath]:
@@ -60,7 +66,7 @@ def paths_of(study: Study, results: ResultsFolder) -> list[DrivenPath]:
 
 
 def image_policies(
-    count: int, trials: int, results: ResultsFolder, *, jobs: int, seed: int
+    count: int, trials: int, results: ResultsFolder, *, jobs: int, seed: int, learn: bool = True
 ) -> list[Policy]:
     """Return policies learned with images in the loop, learning those not there yet.
 
@@ -70,10 +76,14 @@ def image_policies(
         results: Where they are kept.
         jobs: Number of processes.
         seed: Seed of the first; the others follow.
+        learn: Whether to learn those not there; without, only those there are returned.
     """
     arena = Arena()
     names = [f'images-{trials}-trials-seed-{seed + number}' for number in range(count)]
     missing = [name for name in names if not results.policy_path(name).exists()]
+    if not learn:
+        there = [name for name in names if name not in missing]
+        return [read_policy(results.policy_path(name)) for name in there]
     seeds = [int(name.rpartition('-')[2]) for name in missing]
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:

@@ -32,7 +32,9 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def share(count: int, n: int) -> str:
-    """Return a share with its interval, in percent."""
+    """Return a share with its interval, in percent; words where there is nothing to share."""
+    if n == 0:
+        return 'not measured'
     low, high = wilson_interval(count, n)
     return f'{100 * count / n:.2f} % [{100 * low:.2f}, {100 * high:.2f}]'
 
@@ -136,6 +138,8 @@ def learned_table(without: Sequence[DrivenPath], images: Sequence[DrivenPath]) -
         images: Paths of those learned through images, from the same starts.
     """
     n, m = len(without), len(images)
+    if not n or not m:
+        return 'Not measured yet.'
     good, seen = len(goals(without)), len(goals(images))
     change, low, high = difference_of_shares((seen, m), (good, n))
     pairs = [
