@@ -9,6 +9,7 @@ import subprocess
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 import pytest
+from rclpy.qos import QoSProfile
 
 from goalreach_bringup.run.referee import Progress
 from goalreach_bringup.run.resume import resume_parameters
@@ -40,7 +41,7 @@ def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> N
     arguments = ['run', '--paths', '1', '--start', '0.5,4.3,-90', '--clock', 'lockstep']
     truth: list[Odometry] = []
     with graphs.onlooker(domain) as (watcher, serve_until):
-        graphs.collect(watcher, Odometry, '/ground_truth/odom', RELIABLE_QOS, truth)
+        graphs.collect(watcher, Odometry, '/ground_truth/odom', QoSProfile(depth=1000), truth)
         with graphs.goalreach(arguments, domain=domain, home=tmp_path) as run:
             assert serve_until(lambda: len(truth) > 40, 30.0), run.communicate()[0]
             victim = process_of(run, node)
