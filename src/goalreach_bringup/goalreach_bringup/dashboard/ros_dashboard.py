@@ -24,6 +24,8 @@ from goalreach_msgs_py.arena import Arena
 __all__ = ['GraphSide']
 
 _PERIOD_S: Final = 0.05
+_UNWATCHED_S: Final = 0.2
+"""Between two looks while no page is open: the counters must go on, and no more."""
 
 
 class GraphSide:
@@ -49,14 +51,15 @@ class GraphSide:
         self._executor.add_node(self._mouth)
 
     def run(self, goes_on: Callable[[], bool]) -> None:
-        """Renew the view 20 times a second until `goes_on` says no."""
+        """Renew the view 20 times a second while watched, until `goes_on` says no."""
         due_s = time.monotonic()
         while rclpy.ok() and goes_on():
             now_s = time.monotonic()
             if now_s < due_s:
                 self._executor.spin_once(timeout_sec=due_s - now_s)
                 continue
-            due_s = max(due_s + _PERIOD_S, now_s)
+            period_s = _PERIOD_S if self._board.viewers else _UNWATCHED_S
+            due_s = max(due_s + period_s, now_s)
             self._tick(now_s)
 
     def _tick(self, now_s: float) -> None:

@@ -15,6 +15,9 @@ from goalreach_msgs_py.ros_node import StopRequest, end_with_launcher
 
 __all__ = ['serve']
 
+_NICENESS = 5
+"""The page gives way to the graph where both want the same core."""
+
 
 def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bool) -> int:
     """Serve the page until Ctrl-C or SIGTERM.
@@ -26,6 +29,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
         local: Whether only this machine can reach the page.
     """
     end_with_launcher()
+    os.nice(_NICENESS)
     os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
     stop = StopRequest()
     port = int(listener.getsockname()[1])
