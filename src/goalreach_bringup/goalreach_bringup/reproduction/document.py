@@ -18,6 +18,8 @@ from goalreach_msgs_py.units import INCH_M
 
 __all__ = ['Evidence', 'write_document']
 
+_TIMES = ('ms', 's')
+
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
@@ -76,10 +78,11 @@ def _introduction(evidence: Evidence) -> str:
     return f"""# The paper, measured
 
 Written by `goalreach bench reproduction --out REPRODUCTION.md` (seed {evidence.seed}); every
-number comes from that command, which goes on where it ended, and `--help` lists its budgets.
-Measured on {platform.machine()} with Python {platform.python_version()}. Intervals are 95 %:
-Wilson's for shares, Newcombe's for differences of shares, normal for means. "Goal" means that the
-robot declared the goal from what it saw and its true centre was in the goal region at that moment.
+number comes from that command. It goes on where it ended, `--as-it-is` writes what is there, and
+the tables tell how many paths that was; `--help` lists the budgets. Measured on
+{platform.machine()} with Python {platform.python_version()}. Intervals are 95 %: Wilson's for
+shares, Newcombe's for differences of shares, normal for means. "Goal" means that the robot
+declared the goal from what it saw and its true centre was in the goal region at that moment.
 The robot, its camera and its room are simulated throughout; the paper's figure 7 shows a real
 robot, ours the full chain of rendered images, localizer, state estimator and controller."""
 
@@ -125,7 +128,8 @@ def _claims(evidence: Evidence) -> str:
 def _learning(evidence: Evidence) -> str:
     return (
         'One learning phase is 20 trials of 22 paths without noise; rows that begin with "with" '
-        'change one free parameter.\n\n' + tables.rows_table(evidence.learning)
+        'change one free parameter. `goalreach bench learning` measures its speed.\n\n'
+        + tables.rows_table([row for row in evidence.learning if row['unit'] not in _TIMES])
     )
 
 
@@ -164,6 +168,8 @@ point without noise, from {evidence.blends['starts']} random starts:
 
 
 def _policies(evidence: Evidence) -> str:
+    if not evidence.images:
+        return 'Not measured yet.'
     return f"""\
 Learned with images: {evidence.policies} phase(s) of {evidence.image_trials} trials, every step
 through rendered images, localizer and state estimator with nominal noise; and as many without
@@ -183,7 +189,7 @@ def _arenas(evidence: Evidence) -> str:
 def _parameters() -> str:
     values = flatten_config(ControllerConfig())
     rows = [
-        (f'`{name}`', values[name], info.description)
+        (f'`{name}`', _value(values[name]), info.description)
         for name, info in parameter_infos(ControllerConfig).items()
     ]
     knots = (
@@ -196,6 +202,10 @@ def _parameters() -> str:
         + tables.table(('parameter', 'default', 'what it is'), rows)
         + f'\n\n{knots}'
     )
+
+
+def _value(value: object) -> str:
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
 
 
 def _metres(knots_m: Sequence[float]) -> str:
