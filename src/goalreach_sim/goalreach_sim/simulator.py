@@ -161,7 +161,7 @@ class Simulator:
         pan_rad, tilt_rad = self.head.true_angles_rad
         truth_head = HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
         pan_reading_rad, tilt_reading_rad = self.head.read()
-        truth = robot.truth
+        truth, odometry = robot.truth, robot.odometry
         return SensorFrame(
             time_ns=self._time_ns,
             image=self._renderer.render(self._camera_pose(truth_head)),
@@ -169,13 +169,13 @@ class Simulator:
             joints=HeadAngles(
                 turret_rad=turret_rad, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad
             ),
-            odometry=robot.odometry,
+            odometry=odometry,
             bumpers=robot.bumpers,
             truth=truth,
             truth_head=truth_head,
             truth_base_yaw_rad=robot.base_yaw_rad,
             base_yaw_rad=math.remainder(
-                robot.odometry.pose.heading_rad - robot.steering.position, math.tau
+                odometry.pose.heading_rad - robot.steering.position, math.tau
             ),
         )
 
