@@ -101,11 +101,12 @@ def test_the_search_looks_higher_every_other_turn() -> None:
         tracker.search(
             HeadAngles(turret_rad=math.radians(turret), pan_rad=0.0, tilt_rad=0.0)
         ).tilt_rad
-        for turret in range(0, 660, 10)
+        for turret in range(0, 1210, 10)
     ]
+    assert tilts[30] == tilts[0]
     assert tilts[0] == pytest.approx(math.radians(20.0))
-    assert tilts[30] == pytest.approx(math.radians(40.0))
-    assert tilts[60] == pytest.approx(math.radians(20.0))
+    assert tilts[50] == pytest.approx(math.radians(40.0))
+    assert tilts[90] == pytest.approx(math.radians(20.0))
 
 
 def test_commands_stay_within_the_ranges() -> None:

@@ -36,7 +36,7 @@ class AssociationConfig:
     """When a labelling is believed."""
 
     triple_gate: float = parameter(
-        18.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 4e-4)', minimum=1.0
+        30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', minimum=1.0
     )
     pair_gate: float = parameter(
         12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', minimum=1.0

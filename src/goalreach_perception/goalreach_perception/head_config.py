@@ -55,9 +55,9 @@ class HeadConfig:
         maximum=_RIGHT_ANGLE,
     )
     search_turn_rad: float = parameter(
-        deg(220.0),
-        'How far the turret turns before the search changes its tilt, rad (chosen: by then pan '
-        'and turret have seen a full circle and a bit)',
+        deg(400.0),
+        'How far the turret turns before the search changes its tilt, rad (chosen: more than a '
+        'full circle at each tilt)',
         minimum=0.1,
         maximum=20.0,
     )

@@ -17,8 +17,8 @@ class HeadSearch:
 
     The turret turns one way all the time. Pan first swings to the end the turret comes from,
     then to the end it goes to, and stays there: all azimuths are seen once within three seconds
-    of a Nomad 200's motors, and again with every turn of the turret. Every other time the
-    tilt is higher, for LEDs that are near.
+    of a Nomad 200's motors, and again with every turn of the turret. After a little more than a
+    turn the tilt changes between low and high, which is for LEDs that are near.
 
     Args:
         config: Ranges and habits of the head.

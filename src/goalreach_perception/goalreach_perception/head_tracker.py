@@ -38,6 +38,10 @@ class HeadTracker:
         self._search = HeadSearch(config)
         self._last_azimuth_rad: float | None = None
 
+    def search_anew(self) -> None:
+        """Let the next search begin at its beginning."""
+        self._search.reset()
+
     def search(self, joints: HeadAngles) -> HeadAngles:
         """Return joint targets that look for landmarks; see `HeadSearch`."""
         self._aim = ()

@@ -49,6 +49,10 @@ class SeenLeds:
         """Which LEDs, where, and how sure: what the filter takes."""
         return self.leds, self.pixels_px, self.spots.sigmas_px
 
+    def named(self, rows: list[int], leds: NDArray[np.intp]) -> SeenLeds:
+        """Return some of the lights under the names of LEDs."""
+        return SeenLeds(leds, self.spots[rows], self.pixels_px[rows], len(rows))
+
     def __getitem__(self, rows: list[int]) -> SeenLeds:
         """Return some of them."""
         return SeenLeds(self.leds[rows], self.spots[rows], self.pixels_px[rows], self.expected)

@@ -129,9 +129,9 @@ class LandmarkLocalizer:
         )
 
     def _move(self, time_ns: int, odometry: Odometry) -> None:
-        """Predict by odometry; give the pose up where odometry jumped."""
+        """Predict by odometry; begin anew where odometry jumped."""
         now = odometry.pose
-        if self._last is not None and self._watch.mode is not Mode.SEARCHING:
+        if self._last is not None:
             before_ns, before = self._last
             jumped = odometry_jump(
                 math.hypot(now.x_m - before.x_m, now.y_m - before.y_m),
@@ -142,9 +142,10 @@ class LandmarkLocalizer:
             )
             if jumped:
                 self._acquisition.clear()
-                self._counts['lost'] += 1
+                self._head.search_anew()
+                self._counts['lost'] += self._watch.mode is not Mode.SEARCHING
                 self._watch.lose('odometry jumped')
-            else:
+            elif self._watch.mode is not Mode.SEARCHING:
                 self._filter.forget((time_ns - before_ns) * 1e-9)
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
@@ -197,8 +198,7 @@ class LandmarkLocalizer:
             if around is not None:
                 self._start(*around, leds=None)
             return None
-        rows = fix.spots.tolist()
-        seen = SeenLeds(fix.leds, spots[rows], lights.pixels_px[rows], len(rows))
+        seen = lights.named(fix.spots.tolist(), fix.leds)
         self._restart(fix, seen, joints, optics)
         return seen
 
