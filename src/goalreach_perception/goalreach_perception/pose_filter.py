@@ -72,7 +72,7 @@ class PoseFilter:
         self._derivatives = offset_derivatives(len(leds_m))
         self._identity = np.eye(size)
         self._transition = np.eye(size)
-        self.mean = np.zeros(size)
+        self.mean: FloatArray = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
         sigmas = prior_sigmas(noise, len(leds_m))
         self.covariance = np.diag(sigmas**2)
