@@ -4,6 +4,7 @@ import ast
 from collections.abc import Callable, Iterator
 from pathlib import Path
 import re
+import subprocess
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -39,11 +40,14 @@ MODULES = _modules()
 
 
 def _texts() -> Iterator[tuple[str, str]]:
-    folders = [ROOT / name for name in ('src', 'scripts', 'test', '.github', '.ci')]
-    paths = [path for folder in folders for path in folder.rglob('*')]
-    for path in sorted([*paths, *ROOT.glob('*')]):
+    """Give the texts of the project: what git tracks, not what a run has left beside it."""
+    listing = subprocess.run(
+        ['git', 'ls-files', '-z'], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    for name in filter(None, listing.stdout.split('\0')):
+        path = ROOT / name
         if path.is_file() and (path.suffix in TEXT_SUFFIXES or path.parent.name == '.ci'):
-            yield str(path.relative_to(ROOT)), path.read_text()
+            yield name, path.read_text()
 
 
 def _manifest(package: str) -> ET.Element:
