@@ -99,3 +99,13 @@ def test_one_agreement_clears_a_contradiction() -> None:
     assert not watch.checked(100.0)
     assert not watch.checked(1.0)
     assert not watch.checked(100.0)
+
+
+def test_a_pair_is_not_confirmed_by_images_that_lack_an_expected_led() -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start(2)
+    for _ in range(7):
+        watch.judge(2, 3)
+        assert watch.mode is Mode.CONFIRMING
+    watch.judge(2, 3)
+    assert (watch.mode, watch.reason) == (Mode.SEARCHING, 'a new pose was not confirmed')

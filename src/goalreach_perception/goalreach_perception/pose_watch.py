@@ -128,7 +128,7 @@ class PoseWatch:
         self._misses = self._misses + 1 if bad else 0
         self._unseen = 0 if used else self._unseen + 1
         if self.mode is Mode.CONFIRMING:
-            self._confirm(used, bad=bad or not used)
+            self._confirm(used, bad=bad or not used, expected=expected)
         elif self._misses >= self._config.lost_after_frames:
             self.lose('the LEDs are not where they should be')
         elif self._unseen >= self._config.unseen_after_frames:
@@ -138,8 +138,10 @@ class PoseWatch:
         elif expected >= _PAIR:
             self.mode, self.reason = Mode.DOUBTFUL, 'none of the expected LEDs is seen'
 
-    def _confirm(self, used: int, *, bad: bool) -> None:
-        self._confirmations += used >= self._to_see
+    def _confirm(self, used: int, *, bad: bool, expected: int) -> None:
+        """Count an image for a new pose; one that lacks an LED bears no pose from a pair out."""
+        complete = self._to_see > _PAIR or used >= expected
+        self._confirmations += used >= self._to_see and complete
         self._patience -= 1
         if self._confirmations >= self._to_confirm:
             self.mode, self.reason = Mode.TRACKING, ''
