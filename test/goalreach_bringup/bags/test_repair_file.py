@@ -1,8 +1,10 @@
 """Bags of recorders that died, brought in order."""
 
+from contextlib import closing
 from pathlib import Path
 import random
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -67,6 +69,28 @@ def test_killed_recorder_loses_nothing_that_was_finished(tmp_path: Path, options
             found = [message.time_ns for message in bag.messages()]
         assert found == list(range(1, result.messages + 1))
         assert repair_bag(path).was_sound
+
+
+@pytest.mark.parametrize('begin', [b'', b'\x89MCA'])
+def test_a_next_file_that_was_only_begun_is_dropped(tmp_path: Path, begin: bytes) -> None:
+    write_bag(tmp_path / 'bag', texts(10, 1000))
+    (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(begin)
+    assert repair_bag(tmp_path / 'bag').messages == 10
+    assert not (tmp_path / 'bag' / 'bag_1.mcap').exists()
+
+
+def test_a_next_file_without_its_tables_is_dropped_and_a_stranger_is_not(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', texts(10, 1000), storage='sqlite3')
+    begun, stranger = tmp_path / 'bag' / 'bag_1.db3', tmp_path / 'bag' / 'bag_2.db3'
+    with closing(sqlite3.connect(begun)) as base:
+        base.execute('CREATE TABLE schema(schema_version INTEGER)')
+    assert repair_bag(tmp_path / 'bag').messages == 10
+    assert not begun.exists()
+    with closing(sqlite3.connect(stranger)) as base:
+        base.execute('CREATE TABLE mine(value INTEGER)')
+    with pytest.raises(BagError, match='no SQLite file of a bag'):
+        repair_bag(tmp_path / 'bag')
+    assert stranger.exists()
 
 
 def test_file_cut_anywhere_keeps_its_finished_chunks(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from goalreach_bringup.bags.mcap_records import (
 from goalreach_bringup.bags.topic import BagTopic, parse_offers
 from goalreach_bringup.bags.zstandard import decompress
 
-__all__ = ['McapScan', 'ScannedChunk', 'scan_mcap']
+__all__ = ['McapScan', 'ScannedChunk', 'is_unborn_mcap', 'scan_mcap']
 
 _MAX_RECORD: Final = 1 << 32
 """A longer record is no record but a damaged length. Chosen: 4 GB."""
@@ -99,6 +99,13 @@ class McapScan:
             definition=definition,
             encoding=encoding,
         )
+
+
+def is_unborn_mcap(path: Path) -> bool:
+    """Return whether a file is the beginning of one that got no further than its magic bytes."""
+    with path.open('rb') as stream:
+        begin = stream.read(len(MAGIC))
+    return len(begin) < len(MAGIC) and MAGIC.startswith(begin)
 
 
 def scan_mcap(path: Path) -> McapScan:

@@ -10,10 +10,15 @@ from goalreach_bringup.bags.bag_reader_file import storage_files
 from goalreach_bringup.bags.bag_writer_file import FLUSH_S
 from goalreach_bringup.bags.errors import BagError
 from goalreach_bringup.bags.mcap_repair_file import repair_mcap
-from goalreach_bringup.bags.mcap_scan_file import McapScan, scan_mcap
+from goalreach_bringup.bags.mcap_scan_file import McapScan, is_unborn_mcap, scan_mcap
 from goalreach_bringup.bags.metadata import BagMetadata, FileSpan
 from goalreach_bringup.bags.metadata_file import METADATA_NAME, metadata_text, write_metadata
-from goalreach_bringup.bags.sqlite_repair_file import SqliteScan, repair_sqlite, scan_sqlite
+from goalreach_bringup.bags.sqlite_repair_file import (
+    SqliteScan,
+    is_unborn_sqlite,
+    repair_sqlite,
+    scan_sqlite,
+)
 from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic
 
 __all__ = ['RepairResult', 'repair_bag']
@@ -76,6 +81,8 @@ def repair_bag(path: Path) -> RepairResult:
 
 
 def _repair(path: Path, files: list[Path]) -> RepairResult:
+    if len(files) > 1 and _is_unborn(files[-1]):
+        files.pop().unlink()  # the next file of a recorder that was killed while making it
     scans: list[McapScan | SqliteScan] = [
         scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
     ]
@@ -105,6 +112,10 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
         dropped_bytes=dropped,
         was_sound=sound,
     )
+
+
+def _is_unborn(file: Path) -> bool:
+    return is_unborn_mcap(file) if file.suffix == '.mcap' else is_unborn_sqlite(file)
 
 
 def _topics(scans: list[McapScan | SqliteScan]) -> tuple[BagTopic, ...]:

@@ -12,9 +12,13 @@ from goalreach_bringup.bags.errors import BagError
 from goalreach_bringup.bags.metadata import METADATA_VERSION, FileSpan
 from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, parse_offers
 
-__all__ = ['SqliteScan', 'repair_sqlite', 'scan_sqlite']
+__all__ = ['SqliteScan', 'is_unborn_sqlite', 'repair_sqlite', 'scan_sqlite']
 
 _ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
+
+
+_FIRST_TABLES = {'schema', 'metadata', 'topics', 'message_definitions'}
+"""What a bag's file holds before its table of messages, which is made last."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +38,17 @@ class SqliteScan:
     span: FileSpan
     finished: bool
     compressed: bool
+
+
+def is_unborn_sqlite(path: Path) -> bool:
+    """Return whether a file is the beginning of a bag's that got no further than its tables."""
+    try:
+        with closing(sqlite3.connect(path)) as base:
+            rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+            tables = {name for (name,) in rows}
+    except sqlite3.Error:
+        return False
+    return 'messages' not in tables and tables <= _FIRST_TABLES
 
 
 def scan_sqlite(path: Path) -> SqliteScan:
