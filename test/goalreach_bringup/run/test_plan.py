@@ -109,6 +109,13 @@ def test_random_starts_are_free_repeatable_and_not_in_the_goal() -> None:
         assert ARENA.regions.region_at(start.x_m, start.y_m) != ARENA.regions.goal
 
 
+def test_a_counted_run_drives_the_starts_in_order_and_an_endless_one_begins_opposite() -> None:
+    assert choose_starts(replace(OPTIONS, paths=22), ARENA, SEEDS) == ARENA.starts
+    endless = choose_starts(OPTIONS, ARENA, SEEDS)
+    assert endless[0].y_m > 4.0
+    assert set(endless) == set(ARENA.starts)
+
+
 def test_a_start_is_metres_and_degrees() -> None:
     assert parse_start('1,2.5,-90') == Pose2(x_m=1.0, y_m=2.5, heading_rad=-math.pi / 2)
 

@@ -100,7 +100,11 @@ def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[P
     if options.starts == 'random':
         rng = np.random.default_rng(seeds.starts)
         return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
-    return arena.starts
+    if options.paths or options.learn:
+        return arena.starts
+    # A run without end is for a person to watch: it begins opposite, with the LEDs in view.
+    half = len(arena.starts) // 2
+    return arena.starts[half:] + arena.starts[:half]
 
 
 def plan_parameters(
