@@ -54,6 +54,8 @@ class Workspace:
         results = ['--test-result-base', str(self.scratch / 'results')]
         ok = self._run('test', '--return-code-on-test-failure', *self._bases(), *results)
         counts = {name: self._count(name) for name in self._packages()}
+        for line in self._failures():
+            print(line)
         note = ', '.join(f'{name} {count}' for name, count in counts.items())
         return ok and all(counts.values()), note
 
@@ -75,6 +77,17 @@ class Workspace:
         files = (self.scratch / 'results' / package).glob('**/*.xml')
         suites = [suite for path in files for suite in ET.parse(path).iter('testsuite')]  # noqa: S314
         return sum(int(suite.get('tests', '0')) for suite in suites)
+
+    def _failures(self) -> list[str]:
+        """Return a line for each failed test: its name and the end of what it said."""
+        lines = []
+        for path in sorted((self.scratch / 'results').glob('**/*.xml')):
+            for case in ET.parse(path).iter('testcase'):  # noqa: S314 - pytest wrote it
+                for kind in ('failure', 'error'):
+                    if (found := case.find(kind)) is not None:
+                        said = (found.get('message') or '').strip().split('\n')[0]
+                        lines.append(f'FAILED {case.get("classname")}::{case.get("name")}: {said}')
+        return lines
 
     def _bases(self) -> list[str]:
         folders = [str(self.scratch / name) for name in ('build', 'install')]
