@@ -53,6 +53,8 @@ class PoseFilter:
     Attributes:
         mean: The state vector.
         covariance: Its covariance.
+        accepted: Squared distance and degrees of freedom of the last pixels that corrected it:
+            its normalized innovation squared, for studies of consistency.
     """
 
     def __init__(
@@ -82,6 +84,7 @@ class PoseFilter:
         if not calibrate:
             self._forgetting[HEIGHT:] = False
         self._kept: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
+        self.accepted = (0.0, 0)
 
     @property
     def joint_gate(self) -> float:
@@ -233,6 +236,7 @@ class PoseFilter:
         innovation, spots, inverse, distance2 = innovate(part, pixels_px, sigmas_px)
         if not distance2 <= self._config.joint_gate:
             return distance2
+        self.accepted = (distance2, len(spots))
         gain = part.cross @ inverse
         if not self._calibrate:
             gain[HEIGHT:] = 0.0
