@@ -142,9 +142,9 @@ def test_watchdog_stops_the_drive() -> None:
         simulator.advance()
     frame = simulator.sense()
     assert frame.truth.twist == twist(0.0, 0.0)
-    # 0.4^2 / 0.762 of ramps and 0.4 * (0.5 - 0.4 / 0.762) at speed: the ramp ends at 0.525 s,
-    # after the watchdog's 0.5 s, so 0.762 * 0.25 = 0.1905 m in all.
-    assert START.y_m - frame.truth.pose.y_m == pytest.approx(0.1905, abs=1e-9)
+    # The ramp would end at 0.525 s; the watchdog comes at 0.5 s and 0.381 m/s, after 0.09525 m,
+    # and brakes at 6.2 m/s^2 over 0.381^2 / 12.4 = 0.0117065 m.
+    assert START.y_m - frame.truth.pose.y_m == pytest.approx(0.1069565, abs=1e-6)
     # The turret stops too: 30 deg/s^2 for 0.5 s up and 0.5 s down make 7.5 degrees.
     assert frame.joints.turret_rad == pytest.approx(math.radians(7.5), abs=1e-9)
 

@@ -17,7 +17,8 @@ class StampSynchronizer:
 
     Args:
         names: The inputs that make a set.
-        depth: How many incomplete stamps are kept; the oldest goes first.
+        depth: How many incomplete stamps are kept; the one that came first goes first, so that
+            a stamp from the future keeps no place for long.
 
     >>> join = StampSynchronizer(['image', 'odom'])
     >>> join.add('image', 5, 'I')
@@ -64,5 +65,5 @@ class StampSynchronizer:
             self._pending = {s: v for s, v in self._pending.items() if s > stamp_ns}
             return collected
         if len(self._pending) > self._depth:
-            del self._pending[min(self._pending)]
+            del self._pending[next(iter(self._pending))]
         return None

@@ -76,6 +76,12 @@ class Axis:
         self._goal = None
         self._plan = _ramp(self.velocity, target, self.acceleration)
 
+    def brake(self, deceleration: float) -> None:
+        """Ramp to rest, however hard."""
+        self._target = 0.0
+        self._goal = None
+        self._plan = _ramp(self.velocity, 0.0, deceleration)
+
     def move_by(self, distance: float) -> None:
         """Move by a distance in the shortest time and stop there; stop now if `speed` is 0.
 

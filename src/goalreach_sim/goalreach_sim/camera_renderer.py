@@ -45,6 +45,9 @@ class CameraRenderer:
         noise: Read noise, spot width, dropouts, spurious lights.
         rng: Of the noise in the pixels.
         event_rng: Of dropouts and spurious lights.
+
+    Attributes:
+        dark: Numbers of LEDs that do not shine.
     """
 
     def __init__(
@@ -68,6 +71,9 @@ class CameraRenderer:
         self._exponent = emission_exponent(optics.led_half_angle_rad)
         self._optics = optics
         self._noise = noise
+        self.dark: frozenset[int] = frozenset()
+        self._extra: CameraView | None = None
+        self._extra_m: FloatArray = np.empty((0, 3))
         self._rng = rng
         self._event_rng = event_rng
         self._shape = (camera.height_px, camera.width_px)
@@ -85,17 +91,32 @@ class CameraRenderer:
         pixels = self._view.pixels(pose)
         to_camera = (pose.centre_m - self._landmarks_m).tolist()
         events = self._event_rng.random(len(pixels) + _SPURIOUS_DRAWS).tolist()
-        for (u_px, v_px), (x_m, y_m, z_m), (ax, ay, az), chance in zip(
-            pixels, to_camera, self._axes, events, strict=False
+        for led, ((u_px, v_px), (x_m, y_m, z_m), (ax, ay, az), chance) in enumerate(
+            zip(pixels, to_camera, self._axes, events, strict=False)
         ):
-            if chance < self._noise.dropout_probability or math.isnan(u_px):
+            dropped = chance < self._noise.dropout_probability
+            if dropped or led in self.dark or math.isnan(u_px):
                 continue
             range_m = math.sqrt(x_m * x_m + y_m * y_m + z_m * z_m)
             along_m = x_m * ax + y_m * ay + z_m * az
             strength = emission(along_m / range_m, self._exponent)
             self._add_spot(image, u_px, v_px, range_m, strength)
         self._add_spurious(image, *events[len(pixels) :])
+        self._add_extra(image, pose)
         return image
+
+    def set_extra_light(self, place_m: tuple[float, ...]) -> None:
+        """Let a light shine to all sides that is no LED, at a place in `map`; none if empty."""
+        self._extra_m = np.array(place_m, dtype=np.float64).reshape(-1, 3)
+        self._extra = CameraView(self._camera, self._extra_m) if place_m else None
+
+    def _add_extra(self, image: NDArray[np.uint8], pose: CameraPose) -> None:
+        if self._extra is None:
+            return
+        ranges_m = np.linalg.norm(pose.centre_m - self._extra_m, axis=1).tolist()
+        for (u_px, v_px), range_m in zip(self._extra.pixels(pose), ranges_m, strict=True):
+            if range_m > 0.0 and not math.isnan(u_px):
+                self._add_spot(image, u_px, v_px, range_m, 1.0)
 
     def _add_spot(
         self, image: NDArray[np.uint8], u_px: float, v_px: float, range_m: float, strength: float

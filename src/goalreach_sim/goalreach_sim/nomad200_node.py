@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from geometry_msgs.msg import TwistStamped
 import numpy as np
 from rclpy.node import Node
@@ -18,6 +20,7 @@ from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_sensor_messages import head_from_msg
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Pose2
+from goalreach_sim.faults import FaultParameters, SimulatedFaults
 from goalreach_sim.ros_frame_publisher import FramePublisher
 from goalreach_sim.ros_lockstep import LockstepClock
 from goalreach_sim.ros_markers import arena_markers
@@ -39,8 +42,8 @@ class Nomad200Node(Node):
     `/diagnostics`, and `/tf`, `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and in a recorded lockstep run `/_recorded`.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
-    Parameters: the fields of `SimulatorConfig`, `RegionConfig` and `TimeConfig`; `start_pose`
-    and `speed` may change while it runs.
+    Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
+    `SimulatedFaults`; `start_pose`, `speed` and the faults may change while it runs.
     """
 
     def __init__(self) -> None:
@@ -48,6 +51,8 @@ class Nomad200Node(Node):
         super().__init__(_NAME)
         self._config = NodeConfig(self, SimulatorConfig, live=('start_pose',))
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
+        names = [f'faults.{field.name}' for field in fields(SimulatedFaults)]
+        NodeConfig(self, FaultParameters, live=names, on_change=self._on_faults)
         regions = NodeConfig(self, RegionConfig).value
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
@@ -154,6 +159,9 @@ class Nomad200Node(Node):
     def _on_time(self, timing: TimeConfig) -> None:
         if self._realtime is not None:
             self._realtime.set_speed(timing.speed)
+
+    def _on_faults(self, parameters: FaultParameters) -> None:
+        self._simulator.faults = parameters.faults
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         x_m, y_m, heading_rad = self._config.value.start_pose

@@ -33,14 +33,14 @@ NOTHING_S = 1e-12
 class Robot:
     """A synchro-drive robot among walls; its motion is exact for any step length.
 
-    The robot stops dead where its body first touches a wall. Against a touched wall it stands
-    still, its wheels blocked, for as long as the drive heading (or its reverse, backing) has a
-    component into the wall; along the wall and away from it, it moves freely.
+    The robot stops dead where its body first touches a wall. There it stands still, its wheels
+    blocked, while the drive heading (or its reverse, backing) has a component into the wall.
 
     Args:
         config: Limits of the axes.
         walls: What it may run into.
         watchdog_s: All axes ramp to rest when no drive command came for so long after the last.
+        watchdog_braking_m_per_s2: How hard it brakes then, or None for the usual ramp.
         odometry_scale: Distance by the encoders over distance driven.
         drift_rad_per_m: Turn of the base per metre driven, forwards or backwards.
 
@@ -59,6 +59,7 @@ class Robot:
         walls: Walls,
         *,
         watchdog_s: float,
+        watchdog_braking_m_per_s2: float | None = None,
         odometry_scale: float = 1.0,
         drift_rad_per_m: float = 0.0,
     ) -> None:
@@ -75,6 +76,7 @@ class Robot:
             acceleration=config.turret_acceleration_rad_per_s2,
         )
         self.watchdog_s = watchdog_s
+        self._braking = watchdog_braking_m_per_s2 or config.translation_acceleration_m_per_s2
         self.walls = walls
         self._odometry = WheelOdometry(odometry_scale)
         self._drift_rad_per_m = drift_rad_per_m
@@ -141,17 +143,14 @@ class Robot:
         return Odometry(pose=pose, twist=self._twist(self._odometry.scale))
 
     def _twist(self, scale: float) -> Twist2:
-        return Twist2(
-            linear_m_per_s=scale * self.translation.velocity,
-            steering_rad_per_s=self.steering.velocity,
-        )
+        speed, rate = self.translation.velocity, self.steering.velocity
+        return Twist2(linear_m_per_s=scale * speed, steering_rad_per_s=rate)
 
     @property
     def bumpers(self) -> tuple[bool, ...]:
         """The 20 tactile sensors; sensor i sits at 18 i degrees on the base."""
-        return pressed_bumpers(
-            self.walls.touch_directions_rad(self.x_m, self.y_m), self.base_yaw_rad
-        )
+        touched_rad = self.walls.touch_directions_rad(self.x_m, self.y_m)
+        return pressed_bumpers(touched_rad, self.base_yaw_rad)
 
     def advance(self, dt_s: float) -> None:
         """Let time pass."""
@@ -164,6 +163,7 @@ class Robot:
             if self._watchdog_left_s <= NOTHING_S:
                 self._watchdog_left_s = math.inf
                 self.stop()
+                self.translation.brake(self._braking)
 
     def _advance_piece(self, limit_s: float) -> float:
         """Go on while all accelerations are constant; return for how long that was."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -14,6 +14,7 @@ from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
 from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.contact import Walls
+from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.head import PanTiltHead
 from goalreach_sim.nomad200 import Nomad200
 from goalreach_sim.occlusion import posts_from_flat
@@ -85,6 +86,7 @@ class Simulator:
                 body_radius_m=config.body_radius_m,
             ),
             watchdog_s=config.watchdog_s,
+            watchdog_braking_m_per_s2=config.watchdog_braking_m_per_s2,
             odometry_scale=errors.odometry_scale,
             drift_rad_per_m=errors.drift_rad_per_m,
         )
@@ -109,6 +111,9 @@ class Simulator:
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
         self._time_ns = 0
         self._period_ns = config.period_ns
+        self._faults = SimulatedFaults()
+        self._last_image: NDArray[np.uint8] | None = None
+        self._encoders_stood: Pose2 | None = None
         self.nomad = Nomad200(self.robot, self.advance, self._period_ns * 1e-9)
         self.reset(config.start)
 
@@ -132,6 +137,27 @@ class Simulator:
         """
         self.robot.place(start)
         self.head.place()
+
+    @property
+    def faults(self) -> SimulatedFaults:
+        """What is broken; a new value counts at once, and may carry the robot elsewhere."""
+        return self._faults
+
+    @faults.setter
+    def faults(self, faults: SimulatedFaults) -> None:
+        robot = self.robot
+        self._renderer.dark = frozenset(int(number) for number in faults.dark_leds)
+        self._renderer.set_extra_light(faults.extra_light_m)
+        if faults.odometry_frozen != self._faults.odometry_frozen:
+            stood = self._encoders_stood
+            self._encoders_stood = robot.odometry.pose if faults.odometry_frozen else None
+            if stood is not None:
+                robot.define_odometry(stood)
+        if faults.carry_to and faults.carry_to != self._faults.carry_to:
+            x_m, y_m, heading_rad = faults.carry_to
+            robot.x_m, robot.y_m = robot.walls.clamp(x_m, y_m)
+            robot.base_yaw_rad = heading_rad - robot.steering.position
+        self._faults = faults
 
     def command_drive(self, command: Twist2) -> None:
         """Take velocities, clipped to the limits; feeds the watchdog."""
@@ -162,15 +188,24 @@ class Simulator:
         truth_head = HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
         pan_reading_rad, tilt_reading_rad = self.head.read()
         truth, odometry = robot.truth, robot.odometry
+        if self._encoders_stood is not None:
+            odometry = replace(odometry, pose=self._encoders_stood)
+        image = self._renderer.render(self._camera_pose(truth_head))
+        if self._faults.camera_frozen and self._last_image is not None:
+            image = self._last_image.copy()
+        self._last_image = image
+        bumpers, stuck = robot.bumpers, self._faults.stuck_bumper
+        if stuck >= 0:
+            bumpers = (*bumpers[:stuck], True, *bumpers[stuck + 1 :])
         return SensorFrame(
             time_ns=self._time_ns,
-            image=self._renderer.render(self._camera_pose(truth_head)),
+            image=image,
             camera=self._camera,
             joints=HeadAngles(
                 turret_rad=turret_rad, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad
             ),
             odometry=odometry,
-            bumpers=robot.bumpers,
+            bumpers=bumpers,
             truth=truth,
             truth_head=truth_head,
             truth_base_yaw_rad=robot.base_yaw_rad,

@@ -109,9 +109,17 @@ class SimulatorConfig:
     )
     watchdog_s: float = parameter(
         0.5,
-        'The drive ramps to rest when no command came for so long, s; chosen',
+        'The drive brakes to rest when no command came for so long, s; chosen',
         minimum=0.01,
         maximum=60.0,
+        fixed=True,
+    )
+    watchdog_braking_m_per_s2: float = parameter(
+        6.2,
+        'How hard the watchdog brakes the drive, m/s^2; chosen: at rest within 0.1 s from any '
+        'speed, so within 0.6 s of the last command',
+        minimum=0.01,
+        maximum=100.0,
         fixed=True,
     )
     drive: DriveConfig = field(default_factory=DriveConfig)
