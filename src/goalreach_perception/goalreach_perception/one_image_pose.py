@@ -25,6 +25,13 @@ from goalreach_perception.measurement_model import (
 __all__ = ['ImageGeometry', 'Solutions', 'solve_poses']
 
 _ITERATIONS = 5
+_FEWEST_ITERATIONS = 2
+_CONVERGED = 1e-4
+"""After a step that is smaller than this, metres and radians, the next would be smaller than its
+square. Chosen."""
+_HOPELESS_PX = 100.0
+"""Whether a labelling that misses a pixel by more than this converges is of no interest. Chosen:
+the widest miss of a first guess that became a possible pose was 71 px."""
 _DAMPING = 1e-6
 _LARGEST_STEP = np.array([0.7, 0.7, 0.35])
 """Metres, metres, radians per iteration. Chosen: keeps a step where the model holds."""
@@ -153,7 +160,7 @@ def solve_poses(
         spots: (m, k) which spots each labelling uses.
         leds: (m, k) which LED each of them is.
         seeds: (m, 3) first guesses of x, y, azimuth.
-        iterations: Gauss-Newton steps.
+        iterations: Most Gauss-Newton steps; fewer where all that may be right have converged.
     """
     poses = seeds.copy()
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
@@ -162,7 +169,7 @@ def solve_poses(
     offsets_m = geometry.offsets_m(poses, leds)
     projection = geometry.project(poses, offsets_m, spots)
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
-    for _ in range(iterations):
+    for iteration in range(1, iterations + 1):
         residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
         jacobian = _pose_jacobian(projection, offsets_m)
         weighted = jacobian.swapaxes(1, 2) @ weights
@@ -173,6 +180,9 @@ def solve_poses(
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
         offsets_m = geometry.offsets_m(poses, leds)
         projection = geometry.project(poses, offsets_m, spots)
+        hopeful = np.abs(residuals[..., 0]).max(axis=1) < _HOPELESS_PX
+        if iteration >= _FEWEST_ITERATIONS and np.abs(steps[hopeful]).max(initial=0) < _CONVERGED:
+            break
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     jacobian = _pose_jacobian(projection, offsets_m)
     residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)

@@ -35,7 +35,7 @@ from goalreach_perception.measurement_model import (
     project,
     state_jacobian,
 )
-from goalreach_perception.prediction import Prediction, innovate
+from goalreach_perception.prediction import Prediction, diagonal, innovate
 
 __all__ = ['PoseFilter']
 
@@ -208,7 +208,7 @@ class PoseFilter:
         if not solved:
             spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
             bent_px = 0.5 * float(lens.focal_px[0]) * spread_m2 / projection.depth_m**2
-            noise.flat[:: len(noise) + 1] += np.repeat(bent_px * bent_px, 2)
+            diagonal(noise).reshape(-1, 2)[...] += (bent_px * bent_px)[:, None]
         covariance = jacobian @ cross + noise
         pixels_px, depth_m = projection.pixels_px, projection.depth_m
         return Prediction(pixels_px, depth_m, jacobian, cross, noise, covariance)
@@ -243,7 +243,7 @@ class PoseFilter:
         self.mean += gain @ innovation
         self.mean[2] = wrap_angle(self.mean[2])
         noise = part.encoder_noise.copy()
-        noise.flat[:: len(spots) + 1] += spots
+        diagonal(noise)[...] += spots
         left = self._identity - gain @ part.jacobian
         joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['Prediction', 'innovate', 'innovation_distance2']
+__all__ = ['Prediction', 'diagonal', 'innovate', 'innovation_distance2']
 
 _AXES = np.array([0, 1])
 
@@ -50,16 +52,26 @@ class Prediction:
         )
 
 
+def diagonal(matrix: FloatArray) -> FloatArray:
+    """Return the diagonal of a square matrix as a view that can be written."""
+    view: FloatArray = np.einsum('ii->i', matrix)
+    return view
+
+
 def innovate(
     part: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return the innovation, the variances of the spots, its inverse covariance and length."""
+    """Return the innovation, the variances of the spots, its inverse covariance and length.
+
+    The length, squared, is infinite where the covariance has no inverse.
+    """
     innovation = (pixels_px - part.pixels_px).reshape(-1)
     spots = np.repeat(sigmas_px * sigmas_px, 2)
     covariance = part.covariance.copy()
-    covariance.flat[:: len(spots) + 1] += spots
-    inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-    return innovation, spots, inverse, float(innovation @ inverse @ innovation)
+    diagonal(covariance)[...] += spots
+    regular, inverse = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
+    distance2 = float(innovation @ inverse @ innovation) if regular else math.inf
+    return innovation, spots, inverse, distance2
 
 
 def innovation_distance2(

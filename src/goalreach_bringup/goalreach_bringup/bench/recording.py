@@ -15,14 +15,16 @@ import numpy as np
 from goalreach_bringup.bags.bag_reader_file import BagReader
 from goalreach_bringup.bags.bag_writer_file import BagWriter
 from goalreach_bringup.bags.definitions_file import message_definition
+from goalreach_bringup.bags.recording import TICK_TOPICS
 from goalreach_bringup.bags.repair_file import repair_bag
 from goalreach_bringup.bags.storage import STORAGES, StorageOptions
 from goalreach_bringup.bags.topic import BagTopic, QosOffer
 from goalreach_bringup.bench.row import BenchRow, Goal
 from goalreach_bringup.bench.support.recorded_run import (
     find_recorder,
-    missing_messages,
+    lost_messages,
     running_stack,
+    unanswered_ticks,
     watch_run,
 )
 from goalreach_msgs_py.errors import ConfigurationError
@@ -35,6 +37,7 @@ _ROUNDS = 5
 _IMAGE = 'sensor_msgs/msg/Image'
 _IMAGE_BYTES = 640 * 480 + 60
 _NS_PER_IMAGE = 40_000_000
+_LATEST_DEATH_S = 3.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -69,14 +72,28 @@ def _real_time_run(folder: Path, seed: int, seconds: float) -> list[BenchRow]:
     with running_stack(path, seed=seed, clock='realtime') as stack:
         seen = watch_run(find_recorder(stack, path), seconds)
     with BagReader(path) as bag:
-        count, lost = sum(bag.counts.values()), missing_messages(bag)
+        count, lost, skipped = sum(bag.counts.values()), lost_messages(bag), unanswered_ticks(bag)
     note = f'{seen.watched_s:.0f} s at 25 Hz, 640 x 480, {count} messages'
     goal = Goal(of='ours', relation='<=', bound=1 / 3)
     none = Goal(of='ours', relation='<=', bound=0.0)
     flat = Goal(of='ours', relation='<=', bound=10.0)
     return [
         BenchRow(name='recorder, processor', unit='cores', ours=seen.cores, goal=goal, note=note),
-        BenchRow(name='recorder, messages lost', unit='', ours=lost, goal=none, n=count),
+        BenchRow(
+            name='recorder, messages lost',
+            unit='',
+            ours=sum(lost.values()),
+            goal=none,
+            n=count,
+            note=f'topics: {lost or "none"}; by the numbers that publishers give their messages',
+        ),
+        BenchRow(
+            name='ticks that a node of the run left out',
+            unit='',
+            ours=max(skipped.values(), default=0),
+            n=len(TICK_TOPICS),
+            note=f'topics: {skipped or "none"}; never sent, or lost (above)',
+        ),
         BenchRow(
             name='recorder, memory gained',
             unit='MB',
@@ -95,7 +112,7 @@ def _sudden_deaths(folder: Path, seed: int, kills: int) -> BenchRow:
         path = folder / f'killed-{number}'
         with running_stack(path, seed=seed, clock='realtime') as stack:
             recorder = find_recorder(stack, path)
-            time.sleep(rng.random())
+            time.sleep(_LATEST_DEATH_S * rng.random())
             os.kill(recorder, signal.SIGKILL)
         result = repair_bag(path)
         with BagReader(path) as bag:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+import json
 import os
 from pathlib import Path
 import signal
@@ -18,7 +19,14 @@ from goalreach_bringup.bags.raw_message import stamp_of
 from goalreach_bringup.bags.recording import LOST_KEY, TICK_TOPICS
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['RecordedRun', 'find_recorder', 'missing_messages', 'running_stack', 'watch_run']
+__all__ = [
+    'RecordedRun',
+    'find_recorder',
+    'lost_messages',
+    'running_stack',
+    'unanswered_ticks',
+    'watch_run',
+]
 
 _START_S: Final = 30.0
 _END_S: Final = 60.0
@@ -121,15 +129,28 @@ def _resident_mb(pid: int) -> float:
     return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
 
 
-def missing_messages(bag: BagReader) -> int:
-    """Return how many messages of ticks the bag lacks, by the stamps of its clock.
+def lost_messages(bag: BagReader) -> dict[str, int]:
+    """Return by topic how many messages the recorder missed, by the numbers publishers give them.
 
-    The first tick and the last may be there in part: the run was ended by hand.
+    Raises:
+        GoalreachError: The recording was not finished.
     """
     if LOST_KEY not in bag.custom:
         raise GoalreachError(f'{bag.path}: was not finished')
+    lost: dict[str, int] = json.loads(bag.custom[LOST_KEY])
+    return lost
+
+
+def unanswered_ticks(bag: BagReader) -> dict[str, int]:
+    """Return by topic how many ticks of the clock have no message in the bag.
+
+    A node that is behind in real time leaves out an image; the recorder has then lost nothing,
+    since nothing was sent. The first tick and the last may be there in part: the run was ended
+    by hand.
+    """
     stamps: dict[str, set[int]] = {name: set() for name in TICK_TOPICS}
     for message in bag.messages(TICK_TOPICS):
         stamps[message.topic].add(stamp_of(message.data))
-    ticks = sorted(stamps['/clock'])[:-3]
-    return sum(len(set(ticks) - found) for found in stamps.values())
+    ticks = set(sorted(stamps['/clock'])[:-3])
+    absent = {name: len(ticks - found) for name, found in stamps.items()}
+    return {name: count for name, count in absent.items() if count}
