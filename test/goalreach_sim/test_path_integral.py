@@ -1,6 +1,6 @@
 import math
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
@@ -49,6 +49,7 @@ def test_straight_never_turns() -> None:
     assert quarter_turn_time(Motion(0.1, 0.0, 0.0, 1.0, 0.0), 7.0) == 7.0
 
 
+@example(heading=0.0, turn=0.0, change=5e-324, limit_s=1.0)
 @given(
     heading=st.floats(-10.0, 10.0),
     turn=st.floats(-3.0, 3.0),

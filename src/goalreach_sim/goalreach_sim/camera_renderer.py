@@ -33,8 +33,8 @@ class CameraRenderer:
 
     An LED is a Gaussian spot, integrated over each pixel, whose sum of grey values falls with the
     square of the range and with the angle to the LED's axis, whose width is that of the lens and
-    of the LED's own disc, and which saturates at 255. Read noise comes from a bank drawn once
-    and read from a random place for each image.
+    of the LED's own disc, and which saturates at 255. Read and shot noise come from a bank drawn
+    once and read from a random place for each image and each spot.
 
     Args:
         camera: The real lens (not what calibration says).
@@ -78,15 +78,16 @@ class CameraRenderer:
         self._event_rng = event_rng
         self._shape = (camera.height_px, camera.width_px)
         self._size = camera.height_px * camera.width_px
-        bank = rng.standard_normal(self._size + _SPARE_NOISE, dtype=np.float32)
-        bank *= noise.read_noise_dn
-        bank += optics.dark_offset_dn
-        self._bank = np.clip(np.rint(bank), 0.0, 255.0).astype(np.uint8)
+        self._normal = rng.standard_normal(self._size + _SPARE_NOISE, dtype=np.float32)
+        dark_dn = self._normal * np.float32(noise.read_noise_dn) + np.float32(
+            optics.dark_offset_dn
+        )
+        self._dark_bank = np.clip(np.rint(dark_dn), 0.0, 255.0).astype(np.uint8)
 
     def render(self, pose: CameraPose) -> NDArray[np.uint8]:
         """Return a new image (height, width) as seen from a pose."""
-        offset = int(self._rng.integers(_SPARE_NOISE))
-        image: NDArray[np.uint8] = self._bank[offset : offset + self._size].copy()
+        offset = int(self._rng.random() * _SPARE_NOISE)
+        image: NDArray[np.uint8] = self._dark_bank[offset : offset + self._size].copy()
         image = image.reshape(self._shape)
         pixels = self._view.pixels(pose)
         to_camera = (pose.centre_m - self._landmarks_m).tolist()
@@ -130,10 +131,14 @@ class CameraRenderer:
             return
         across = pixel_shares(u_px, sigma_px, columns.start, columns.stop)
         down = pixel_shares(v_px, sigma_px, rows.start, rows.stop)
-        light_dn: FloatArray = (flux_dn * down)[:, None] * across
+        down *= flux_dn
+        light_dn: FloatArray = down[:, None] * across
         if self._optics.shot_noise > 0.0:
-            noise = self._rng.standard_normal(light_dn.shape)
-            light_dn += self._optics.shot_noise * np.sqrt(light_dn) * noise
+            offset = int(self._rng.random() * (len(self._normal) - light_dn.size))
+            noise = np.sqrt(light_dn)
+            noise *= self._optics.shot_noise
+            noise *= self._normal[offset : offset + light_dn.size].reshape(light_dn.shape)
+            light_dn += noise
         add_light(image[rows, columns], light_dn)
 
     def _add_spurious(

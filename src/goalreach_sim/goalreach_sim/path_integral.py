@@ -101,9 +101,9 @@ def quarter_turn_time(motion: Motion, limit_s: float) -> float:
 
 
 def _roots(a: float, b: float, c: float) -> tuple[float, ...]:
-    """Return the real roots of a t^2 + b t + c, without cancellation."""
+    """Return the real roots of a t^2 + b t + c, without cancellation; none of a constant."""
     if a == 0.0:
-        return (-c / b,)
+        return () if b == 0.0 else (-c / b,)
     discriminant = b * b - 4.0 * a * c
     if discriminant < 0.0:
         return ()

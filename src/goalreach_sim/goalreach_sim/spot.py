@@ -32,8 +32,8 @@ def pixel_shares(centre_px: float, sigma_px: float, first: int, last: int) -> Fl
     """
     scale = 1.0 / (sigma_px * _SQRT2)
     edge_px, erf = centre_px + 0.5, math.erf
-    values = np.array([erf((i - edge_px) * scale) for i in range(first, last + 1)])
-    shares: FloatArray = 0.5 * (values[1:] - values[:-1])
+    values = np.array([0.5 * erf((i - edge_px) * scale) for i in range(first, last + 1)])
+    shares: FloatArray = values[1:] - values[:-1]
     return shares
 
 
