@@ -26,6 +26,7 @@ from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_to_msg
 from goalreach_msgs_py.ros_estimate_messages import state_from_msg
+from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
@@ -64,6 +65,7 @@ class GoalReachingControllerNode(Node):
         policy = self._policy(rng, learn=config.value.learn)
         self._controller = GoalReachingController(config.value, policy, rng)
         self._inputs = StampSynchronizer([STATE, BUMPERS])
+        self._reporter = InputReporter(self, [STATE, BUMPERS], self._inputs.missing)
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
         self._placement = RobotPlacement(self)
@@ -107,6 +109,7 @@ class GoalReachingControllerNode(Node):
     def _collector(self, topic: str) -> Callable[[Any], None]:
         def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
+            self._reporter.heard(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, message)
             if inputs is None or self._busy or not self._outbox.open(stamp_ns):
                 return

@@ -24,6 +24,10 @@ class StampSynchronizer:
     >>> join.add('image', 5, 'I')
     >>> join.add('odom', 5, 'O')
     {'image': 'I', 'odom': 'O'}
+
+    Attributes:
+        missing: How often each input was missing from a stamp that was given up, since the first
+            complete set.
     """
 
     def __init__(self, names: Sequence[str], *, depth: int = 16) -> None:
@@ -32,6 +36,7 @@ class StampSynchronizer:
         self._depth = depth
         self._pending: dict[int, dict[str, Any]] = {}
         self._last_stamp_ns: int | None = None
+        self.missing = dict.fromkeys(self._names, 0)
 
     @property
     def last_stamp_ns(self) -> int | None:
@@ -61,9 +66,17 @@ class StampSynchronizer:
         collected = self._pending.setdefault(stamp_ns, {})
         collected[name] = value
         if len(collected) == len(self._names):
+            del self._pending[stamp_ns]
+            for older_ns in [s for s in self._pending if s < stamp_ns]:
+                self._give_up(older_ns)
             self._last_stamp_ns = stamp_ns
-            self._pending = {s: v for s, v in self._pending.items() if s > stamp_ns}
             return collected
         if len(self._pending) > self._depth:
-            del self._pending[next(iter(self._pending))]
+            self._give_up(next(iter(self._pending)))
         return None
+
+    def _give_up(self, stamp_ns: int) -> None:
+        there = self._pending.pop(stamp_ns)
+        if self._last_stamp_ns is not None:
+            for name in self._names:
+                self.missing[name] += name not in there

@@ -11,6 +11,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import estimate_to_msg, landmarks_to_msg
+from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
@@ -55,6 +56,9 @@ class LandmarkLocalizerNode(Node):
         super().__init__(_NAME)
         self._localizer = LandmarkLocalizer(NodeConfig(self, LocalizerConfig).value)
         self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
+        self._reporter = InputReporter(
+            self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
+        )
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
         self._transforms = TransformPublisher(self)
@@ -72,6 +76,7 @@ class LandmarkLocalizerNode(Node):
     def _collector(self, topic: str) -> Any:
         def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
+            self._reporter.heard(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, message)
             if inputs is not None and self._outbox.open(stamp_ns):
                 self._process(stamp_ns, inputs)

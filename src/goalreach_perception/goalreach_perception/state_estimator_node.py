@@ -5,14 +5,16 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import estimate_from_msg, state_to_msg
+from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
-from goalreach_msgs_py.topics import POSE, STATE
+from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
 
@@ -26,7 +28,7 @@ class StateEstimatorNode(Node):
     """Adapter of one `StateEstimator`.
 
     Publishes: `/state` with the stamp of the pose; `/diagnostics`.
-    Subscribes: `/pose`.
+    Subscribes: `/pose`; `/clock`, against which a pose is STALE that comes late or from a future.
     Parameters: the fields of `StateEstimatorConfig`.
     """
 
@@ -37,14 +39,36 @@ class StateEstimatorNode(Node):
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
         self._state = self.create_publisher(DiagnosticArray, STATE, RELIABLE_QOS)
+        self._reporter = InputReporter(self, [CLOCK, POSE])
+        self._clock_ns: int | None = None
+        self._period_ns = 0
         self.create_subscription(PoseWithCovarianceStamped, POSE, self._on_pose, RELIABLE_QOS)
+        self.create_subscription(Clock, CLOCK, self._on_clock, RELIABLE_QOS)
+
+    def _on_clock(self, message: Clock) -> None:
+        now_ns = stamp_from_msg(message.clock)
+        self._period_ns = 0 if self._clock_ns is None else now_ns - self._clock_ns
+        self._clock_ns = now_ns
+        self._reporter.heard(CLOCK, now_ns)
+
+    def _age_s(self, stamp_ns: int) -> float:
+        """Return how far a stamp is from the graph's clock; 0 where there is none.
+
+        A pose may overtake the clock's message of the same tick.
+        """
+        if self._clock_ns is None:
+            return 0.0
+        age_ns = self._clock_ns - stamp_ns
+        return max(age_ns, -age_ns - self._period_ns) * 1e-9
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         stamp_ns = stamp_from_msg(message.header.stamp)
+        self._reporter.heard(POSE, stamp_ns)
         if not self._outbox.open(stamp_ns):
             return
         try:
-            state = self._estimator.estimate(estimate_from_msg(message))
+            pose = estimate_from_msg(message)
+            state = self._estimator.estimate(pose, age_s=self._age_s(stamp_ns))
         except MessageError as error:
             self.get_logger().error(f'{POSE}: {error}', throttle_duration_sec=_THROTTLE_S)
             return

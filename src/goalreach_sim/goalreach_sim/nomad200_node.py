@@ -21,6 +21,7 @@ from goalreach_msgs_py.ros_sensor_messages import head_from_msg
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Pose2
 from goalreach_sim.faults import FaultParameters, SimulatedFaults
+from goalreach_sim.ros_command_guard import CommandGuard
 from goalreach_sim.ros_frame_publisher import FramePublisher
 from goalreach_sim.ros_lockstep import LockstepClock
 from goalreach_sim.ros_markers import arena_markers
@@ -70,11 +71,13 @@ class Nomad200Node(Node):
         self.create_subscription(JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
         self.create_service(Trigger, RESET_SERVICE, self._on_reset)
         self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
+        lockstep = timing.clock == 'lockstep'
+        self._guard = CommandGuard(self, limit_s=config.watchdog_s, silence=not lockstep)
         self._head_target: HeadAngles | None = None
         self._placed = False
         self._lockstep: LockstepClock | None = None
         self._realtime: RealtimeClock | None = None
-        if timing.clock == 'lockstep':
+        if lockstep:
             self._lockstep = LockstepClock(
                 self,
                 timeout_s=timing.answer_timeout_s,
@@ -98,6 +101,7 @@ class Nomad200Node(Node):
         frame = self._simulator.sense()
         stamp_ns = self._stamp_ns
         self._frames.publish(frame, stamp_ns)
+        self._guard.tick(stamp_ns)
         self._diagnostics.tick(
             stamp_ns,
             'driving',
@@ -145,9 +149,10 @@ class Nomad200Node(Node):
             self._simulator.command_head(target)
 
     def _is_due(self, topic: str, message: TwistStamped | JointState) -> bool:
+        stamp_ns = stamp_from_msg(message.header.stamp)
         if self._lockstep is None:
-            return True
-        return self._lockstep.accepts(topic, stamp_from_msg(message.header.stamp))
+            return self._guard.accepts(topic, stamp_ns)
+        return self._guard.accepts(topic, stamp_ns) and self._lockstep.accepts(topic, stamp_ns)
 
     def _note(self, topic: str) -> None:
         if self._lockstep is not None:
@@ -181,6 +186,7 @@ class Nomad200Node(Node):
             clock.paused = request.data
         response.success = True
         response.message = 'paused' if request.data else 'running'
+        self.get_logger().info(response.message)
         return response
 
 

@@ -1,0 +1,71 @@
+"""Which commands the robot takes: fresh ones, and of one driver."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from goalreach_msgs_py.ros_input_watch import InputReporter
+from goalreach_msgs_py.topics import CLOCK, CMD_VEL, HEAD_COMMAND
+
+__all__ = ['CommandGuard']
+
+_THROTTLE_S = 3.0
+_LOOK_TICKS = 5
+
+
+class CommandGuard:
+    """Refuses commands that are old, and all of them while two nodes drive.
+
+    A command without a stamp counts as given now, as drivers of ROS 2 do it. One from the future
+    is told and taken: the clock of who drives is wrong, the command is fresh.
+
+    Args:
+        node: The robot's node.
+        limit_s: Age from which a command is refused, seconds of the graph's clock.
+        silence: Whether to tell that no command comes; in lockstep the clock does that.
+    """
+
+    def __init__(self, node: Node, *, limit_s: float, silence: bool) -> None:
+        """Start to look."""
+        self._node = node
+        self._limit_ns = round(limit_s * 1e9)
+        self._reporter = InputReporter(node, [CLOCK, CMD_VEL, HEAD_COMMAND]) if silence else None
+        self._now_ns: int | None = None
+        self._ticks = 0
+        self._drivers: list[str] = []
+
+    def tick(self, stamp_ns: int) -> None:
+        """Take note of a tick of the robot's clock."""
+        self._now_ns = stamp_ns
+        if self._reporter is not None:
+            self._reporter.heard(CLOCK, stamp_ns)
+        self._ticks += 1
+        if self._ticks % _LOOK_TICKS == 0:
+            infos = self._node.get_publishers_info_by_topic(CMD_VEL)
+            self._drivers = sorted({f'{info.node_namespace}{info.node_name}' for info in infos})
+        if len(self._drivers) > 1:
+            self._complain(
+                f'{CMD_VEL}: {len(self._drivers)} nodes drive: {self._drivers}; none is obeyed'
+            )
+
+    def accepts(self, topic: str, stamp_ns: int) -> bool:
+        """Return whether to take a command; a refusal is told.
+
+        Args:
+            topic: The command's topic.
+            stamp_ns: The command's stamp.
+        """
+        if topic == CMD_VEL and len(self._drivers) > 1:
+            return False
+        if stamp_ns == 0 or self._now_ns is None:
+            return True
+        if self._reporter is not None:
+            self._reporter.heard(topic, stamp_ns)
+        age_ns = self._now_ns - stamp_ns
+        if age_ns > self._limit_ns:
+            self._complain(f'{topic}: a command {age_ns * 1e-9:.2f} s old is refused')
+            return False
+        return True
+
+    def _complain(self, line: str) -> None:
+        self._node.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
