@@ -13,7 +13,8 @@ from typing import Final
 
 __all__ = ['Keyboard']
 
-_LONGEST_KEY: Final = 8
+_READ_BYTES: Final = 1024
+_ARROWS: Final = {'\x1b[A': 'up', '\x1b[B': 'down', '\x1b[C': 'right', '\x1b[D': 'left'}
 
 
 class Keyboard:
@@ -21,6 +22,7 @@ class Keyboard:
 
     def __init__(self) -> None:
         self.is_there = sys.stdin.isatty()
+        self._typed = ''
 
     @contextmanager
     def listening(self) -> Iterator[None]:
@@ -41,9 +43,14 @@ class Keyboard:
         if not self.is_there:
             select.select([], [], [], timeout_s)
             return ''
-        ready, _, _ = select.select([sys.stdin], [], [], timeout_s)
-        if not ready:
-            return ''
-        typed = os.read(sys.stdin.fileno(), _LONGEST_KEY).decode(errors='replace')
-        arrows = {'\x1b[A': 'up', '\x1b[B': 'down', '\x1b[C': 'right', '\x1b[D': 'left'}
-        return arrows.get(typed, typed[:1])
+        if not self._typed:
+            ready, _, _ = select.select([sys.stdin], [], [], timeout_s)
+            if not ready:
+                return ''
+            self._typed = os.read(sys.stdin.fileno(), _READ_BYTES).decode(errors='replace')
+        for sequence, name in _ARROWS.items():
+            if self._typed.startswith(sequence):
+                self._typed = self._typed[len(sequence) :]
+                return name
+        key, self._typed = self._typed[:1], self._typed[1:]
+        return key
