@@ -7,6 +7,7 @@ import pytest
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
+from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
 
 START = Pose2(x_m=1.778, y_m=3.0, heading_rad=-math.pi / 2)
@@ -71,6 +72,27 @@ def test_frame_of_a_perfect_machine_tells_the_truth() -> None:
 def test_same_seed_same_frames() -> None:
     one, other = (drive(make_simulator('nominal', 5), 15) for _ in range(2))
     assert [contents(f) for f in one] == [contents(f) for f in other]
+
+
+def test_other_noise_is_another_robot_in_the_same_place() -> None:
+    simulator = make_simulator('nominal', 5)
+    before = drive(simulator, 30)[-1]
+    simulator.change_noise(noise_preset('none'))
+    simulator.advance()
+    after = simulator.sense()
+    assert after.time_ns == before.time_ns + 40_000_000
+    assert after.truth.pose == before.truth.pose
+    assert after.odometry.pose == after.truth.pose
+    assert after.joints == after.truth_head
+    assert simulator.config.noise == noise_preset('none')
+    assert drive(simulator, 30)[-1].joints == simulator.sense().truth_head
+
+
+def test_faults_outlast_other_noise() -> None:
+    simulator = make_simulator()
+    simulator.faults = SimulatedFaults(stuck_bumper=4)
+    simulator.change_noise(noise_preset('harsh'))
+    assert simulator.sense().bumpers[4]
 
 
 def test_another_seed_other_frames() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
@@ -9,6 +10,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
+from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import estimate_to_msg, landmarks_to_msg
 from goalreach_msgs_py.ros_input_watch import InputReporter
@@ -48,13 +50,16 @@ class LandmarkLocalizerNode(Node):
     `/diagnostics`, and `/tf` (map to odom) where tf2_msgs is installed.
     Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
     stamp when all four of it are there.
-    Parameters: the fields of `LocalizerConfig`.
+    Parameters: the fields of `LocalizerConfig`; `noise.*` may change while it runs, and the
+    pose is then looked for anew.
     """
 
     def __init__(self) -> None:
         """Declare and build."""
         super().__init__(_NAME)
-        self._localizer = LandmarkLocalizer(NodeConfig(self, LocalizerConfig).value)
+        live = [f'noise.{field.name}' for field in fields(NoiseModel)]
+        config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)
+        self._localizer = LandmarkLocalizer(config.value)
         self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
         self._reporter = InputReporter(
             self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
@@ -99,6 +104,9 @@ class LandmarkLocalizerNode(Node):
         if self._transforms.active and output.mode == 'tracking':
             in_odom = odometry_from_msg(inputs[ODOM]).pose
             self._transforms.publish([map_to_odom(stamp_ns, output.estimate.pose, in_odom)])
+
+    def _on_config(self, config: LocalizerConfig) -> None:
+        self._localizer = LandmarkLocalizer(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
         self._outbox.send(self._pose, estimate_to_msg(output.estimate, stamp_ns))

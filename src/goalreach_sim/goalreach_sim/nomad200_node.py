@@ -12,6 +12,7 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_from_msg
 from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
@@ -44,13 +45,15 @@ class Nomad200Node(Node):
     Subscribes: `/cmd_vel`, `/head/command`, and in a recorded lockstep run `/_recorded`.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
-    `SimulatedFaults`; `start_pose`, `speed` and the faults may change while it runs.
+    `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
+    Other noise is another robot in the place of this one, its errors drawn anew.
     """
 
     def __init__(self) -> None:
         """Declare, build and start the clock."""
         super().__init__(_NAME)
-        self._config = NodeConfig(self, SimulatorConfig, live=('start_pose',))
+        live = ['start_pose', *(f'noise.{field.name}' for field in fields(NoiseModel))]
+        self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
         names = [f'faults.{field.name}' for field in fields(SimulatedFaults)]
         NodeConfig(self, FaultParameters, live=names, on_change=self._on_faults)
@@ -160,6 +163,11 @@ class Nomad200Node(Node):
 
     def _complain(self, topic: str, error: MessageError) -> None:
         self.get_logger().error(f'{topic}: {error}', throttle_duration_sec=_THROTTLE_S)
+
+    def _on_config(self, config: SimulatorConfig) -> None:
+        if config.noise != self._simulator.config.noise:
+            self._simulator.change_noise(config.noise)
+            self._placed = self._lockstep is not None
 
     def _on_time(self, timing: TimeConfig) -> None:
         if self._realtime is not None:

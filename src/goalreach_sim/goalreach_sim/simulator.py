@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import angle_difference
-from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth
-from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
+from goalreach_msgs_py.camera import camera_azimuth
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
 from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.contact import Walls
@@ -20,47 +21,19 @@ from goalreach_sim.nomad200 import Nomad200
 from goalreach_sim.occlusion import posts_from_flat
 from goalreach_sim.robot import Robot
 from goalreach_sim.run_errors import draw_run_errors
+from goalreach_sim.sensor_frame import SensorFrame
 from goalreach_sim.simulator_config import SimulatorConfig
 
 __all__ = ['SensorFrame', 'Simulator', 'SimulatorConfig']
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SensorFrame:
-    """All that is sensed at one moment.
-
-    Attributes:
-        time_ns: The robot's clock.
-        image: (height, width) grey values, a fresh array.
-        camera: The camera as calibrated; the real lens differs by the drawn focal error.
-        joints: Turret, pan and tilt as their encoders read them.
-        odometry: What the wheel encoders say, in `odom`.
-        bumpers: 20 flags; sensor i sits at 18 i degrees on the base.
-        truth: True pose and velocity in `map`; for evaluation and display only.
-        truth_head: True angles of the camera's carriers.
-        truth_base_yaw_rad: True orientation of the base, which carries the bumpers, in `map`.
-        base_yaw_rad: The same by the encoders: in `odom`.
-    """
-
-    time_ns: int
-    image: NDArray[np.uint8]
-    camera: PinholeCamera
-    joints: HeadAngles
-    odometry: Odometry
-    bumpers: tuple[bool, ...]
-    truth: Odometry
-    truth_head: HeadAngles
-    truth_base_yaw_rad: float
-    base_yaw_rad: float
 
 
 class Simulator:
     """Robot, sensors and clock. The same seed and the same calls give the same frames.
 
     What is wrong with this robot and set-up (LED places, camera height, focal length, pan and
-    tilt bias, odometry scale and drift) is drawn once. Errors of the run, pixels, dropouts and
-    spurious lights, and encoders have generators of their own, so that none of them shifts
-    another's draws.
+    tilt bias, odometry scale and drift) is drawn once for each noise model. Errors of the run,
+    pixels, dropouts and spurious lights, and encoders have generators of their own, so that none
+    of them shifts another's draws.
 
     Args:
         config: Robot, arena and the size of the errors.
@@ -74,7 +47,18 @@ class Simulator:
     """
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
-        run_rng, pixel_rng, event_rng, encoder_rng = rng.spawn(4)
+        self._rng = rng
+        self._time_ns = 0
+        self._period_ns = config.period_ns
+        self._faults = SimulatedFaults()
+        self._last_image: NDArray[np.uint8] | None = None
+        self._encoders_stood: Pose2 | None = None
+        self._build(config)
+        self.reset(config.start)
+
+    def _build(self, config: SimulatorConfig) -> None:
+        """Draw the errors of a run and make the parts that have them."""
+        run_rng, pixel_rng, event_rng, encoder_rng = self._rng.spawn(4)
         landmarks_m = config.landmark_array_m
         errors = draw_run_errors(config.noise, len(landmarks_m), run_rng)
         self.config = config
@@ -109,13 +93,7 @@ class Simulator:
             event_rng=event_rng,
         )
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
-        self._time_ns = 0
-        self._period_ns = config.period_ns
-        self._faults = SimulatedFaults()
-        self._last_image: NDArray[np.uint8] | None = None
-        self._encoders_stood: Pose2 | None = None
         self.nomad = Nomad200(self.robot, self.advance, self._period_ns * 1e-9)
-        self.reset(config.start)
 
     @property
     def time_ns(self) -> int:
@@ -137,6 +115,16 @@ class Simulator:
         """
         self.robot.place(start)
         self.head.place()
+
+    def change_noise(self, noise: NoiseModel) -> None:
+        """Put another robot where this one stands, with errors drawn from another noise model.
+
+        It stands, its head straight; its odometry begins there. The clock and the faults stay.
+        """
+        pose = self.robot.truth.pose
+        self._build(replace(self.config, noise=noise))
+        self.reset(pose)
+        self.faults = self._faults
 
     @property
     def faults(self) -> SimulatedFaults:

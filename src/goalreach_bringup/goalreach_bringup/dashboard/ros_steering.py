@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import fields
-from typing import Any, Final
+from typing import Any
 
 from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import SetParametersAtomically
@@ -23,15 +23,12 @@ from goalreach_bringup.dashboard.steering import (
     Request,
     SpeedRequest,
 )
-from goalreach_bringup.run.plan import CONTROLLER, ROBOT
+from goalreach_bringup.run.plan import CONTROLLER, LOCALIZER, ROBOT
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
 from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE
 
 __all__ = ['RefusedError', 'Steering']
-
-
-_AT_START: Final = ' A robot that refuses takes its noise when it starts: run --noise.'
 
 
 class RefusedError(GoalreachError):
@@ -53,7 +50,7 @@ class Steering:
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._set = {
             name: node.create_client(SetParametersAtomically, f'/{name}/set_parameters_atomically')
-            for name in (ROBOT, CONTROLLER)
+            for name in (ROBOT, LOCALIZER, CONTROLLER)
         }
 
     def carry_out(self, request: Request, answer: Future[str]) -> None:
@@ -73,7 +70,13 @@ class Steering:
             case NoiseRequest(preset=preset):
                 model = noise_preset(preset)
                 values = {f'noise.{f.name}': getattr(model, f.name) for f in fields(NoiseModel)}
-                self._assign(ROBOT, values, answer, _done(answer, f'noise: {preset}'), _AT_START)
+                told = _done(answer, f'noise: {preset}')
+                self._assign(
+                    ROBOT,
+                    values,
+                    answer,
+                    lambda _response: self._assign(LOCALIZER, values, answer, told),
+                )
 
     def _paused(self, paused: bool, answer: Future[str]) -> Callable[[Any], None]:  # noqa: FBT001
         def done(response: SetBool.Response) -> None:
@@ -103,7 +106,6 @@ class Steering:
         values: Mapping[str, object],
         answer: Future[str],
         then: Callable[[Any], None],
-        hint: str = '',
     ) -> None:
         messages: list[ParameterMsg] = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
@@ -113,7 +115,7 @@ class Steering:
             if response.result.successful:
                 then(response)
             else:
-                _refuse(answer, response.result.reason + hint)
+                _refuse(answer, response.result.reason)
 
         request = SetParametersAtomically.Request(parameters=messages)
         self._call(self._set[node], request, answer, done)
