@@ -69,7 +69,8 @@ def innovate(
     spots = np.repeat(sigmas_px * sigmas_px, 2)
     covariance = part.covariance.copy()
     diagonal(covariance)[...] += spots
-    regular, inverse = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
+    regular, inverted = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
+    inverse = np.asarray(inverted, dtype=np.float64)
     distance2 = float(innovation @ inverse @ innovation) if regular else math.inf
     return innovation, spots, inverse, distance2
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 import os
 from pathlib import Path
 import pty
@@ -51,6 +52,10 @@ def bag(tmp_path: Path) -> Path:
     return tmp_path / 'bag'
 
 
+def has_come(messages: list[str], count: int) -> bool:
+    return len(messages) >= count
+
+
 def test_steps_pause_and_end(bag: Path) -> None:
     domain = graphs.fresh_domain()
     came: list[str] = []
@@ -60,7 +65,7 @@ def test_steps_pause_and_end(bag: Path) -> None:
             assert serve_until(lambda: node.count_publishers('/text') == 1, LIMIT_S)
             for steps, typed in ((1, b's'), (2, b'\x1b[C'), (5, b's\x1b[Cs')):
                 os.write(keys, typed)
-                assert serve_until(lambda n=steps: len(came) >= n, LIMIT_S), typed
+                assert serve_until(partial(has_come, came, steps), LIMIT_S), typed
                 assert came == [f'{k:06d}' for k in range(steps)]
             os.write(keys, b' ')
             assert serve_until(lambda: len(came) >= 8, LIMIT_S)

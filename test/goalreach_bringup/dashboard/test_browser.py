@@ -178,15 +178,13 @@ def test_modes_are_chosen_and_told(page: Page) -> None:
     assert page.until(lambda: page.text('mode') == 'fuzzy')
 
 
-def test_noise_is_chosen_while_it_runs(run: Run, page: Page) -> None:
-    for preset in ('harsh', 'nominal'):
-        page.choose('noise-choice', preset)
-        assert page.until(lambda preset=preset: page.text('answer') == f'noise: {preset}')
-        heard: list[Any] = []
-        graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, heard)
-        assert run.serve_until(
-            lambda heard=heard: bool(heard) and heard[-1].pose.covariance[0] < _SURE_M**2, 20.0
-        )
+@pytest.mark.parametrize('preset', ['harsh', 'nominal'])
+def test_noise_is_chosen_while_it_runs(run: Run, page: Page, preset: str) -> None:
+    page.choose('noise-choice', preset)
+    assert page.until(lambda: page.text('answer') == f'noise: {preset}')
+    heard: list[Any] = []
+    graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, heard)
+    assert run.serve_until(lambda: bool(heard) and heard[-1].pose.covariance[0] < _SURE_M**2, 20.0)
 
 
 def test_q_values_are_shown_on_request(page: Page) -> None:
