@@ -23,12 +23,34 @@ def test_dropouts_do_not_matter() -> None:
         assert watch.mode is Mode.TRACKING
 
 
-def test_two_leds_missing_at_once_raise_doubt_and_one_seen_ends_it() -> None:
+@pytest.mark.parametrize(('used', 'expected'), [(2, 2), (2, 3), (3, 3)])
+def test_two_leds_missing_at_once_raise_doubt_and_two_seen_end_it(
+    used: int, expected: int
+) -> None:
     watch = tracking()
     watch.judge(0, 2)
     assert watch.mode is Mode.DOUBTFUL
-    watch.judge(1, 1)
+    watch.judge(used, expected)
     assert (watch.mode, watch.reason) == (Mode.TRACKING, '')
+
+
+def test_one_light_ends_no_doubt_and_five_of_them_the_pose() -> None:
+    # It may be another LED, in the place of the one that is looked for by chance.
+    watch = tracking()
+    modes = []
+    for used in (0, 1, 1, 1, 1):
+        watch.judge(used, 1 if used else 2)
+        modes.append(watch.mode)
+    assert modes == [Mode.DOUBTFUL] * 4 + [Mode.SEARCHING]
+
+
+def test_a_single_led_missing_three_times_raises_doubt() -> None:
+    watch = tracking()
+    modes = []
+    for _ in range(3):
+        watch.judge(0, 1)
+        modes.append(watch.mode)
+    assert modes == [Mode.TRACKING, Mode.TRACKING, Mode.DOUBTFUL]
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(0, 3), (1, 3), (0, 1)])

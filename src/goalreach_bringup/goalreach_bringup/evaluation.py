@@ -8,15 +8,15 @@ of processes.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-import multiprocessing
+import functools
 from typing import Final
 
 import numpy as np
 
 from goalreach_bringup.in_process import InProcessDrive
 from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.processes import each
 from goalreach_learning.controller import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
@@ -99,15 +99,8 @@ def evaluate(
         The sessions in order.
     """
     results: list[SessionResult] = []
-    numbers = range(plan.sessions)
-    if jobs == 1:
-        for number in numbers:
-            results.append(drive_session(plan, number))
-            progress(len(results[-1].paths))
-        return results
-    context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
-        for result in pool.map(drive_session, [plan] * plan.sessions, numbers):
-            results.append(result)
-            progress(len(result.paths))
+    drive = functools.partial(drive_session, plan)
+    for result in each(drive, range(plan.sessions), jobs=jobs):
+        results.append(result)
+        progress(len(result.paths))
     return results

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,10 +12,10 @@ from goalreach_learning.controller import ControllerConfig, GoalReachingControll
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import Confidence, Pose2
-from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig
+from goalreach_msgs_py.values import Confidence, Pose2, RegionState
+from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig, LocalizerOutput
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.simulator import Simulator, SimulatorConfig
+from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
 
 __all__ = ['InProcessDrive']
 
@@ -30,6 +31,7 @@ class InProcessDrive:
         controller: Configuration of the controller.
         seed: Seed of everything random.
         localizer: Configuration of the localizer, or None for the arena's and the noise's.
+        observer: Called with every frame, what the localizer made of it, and the state.
     """
 
     arena: Arena
@@ -38,6 +40,7 @@ class InProcessDrive:
     controller: ControllerConfig
     seed: np.random.SeedSequence
     localizer: LocalizerConfig | None = None
+    observer: Callable[[SensorFrame, LocalizerOutput, RegionState], None] | None = None
     frames: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -81,6 +84,8 @@ class InProcessDrive:
                 odometry=frame.odometry,
             )
             state = self._estimator.estimate(seen.estimate)
+            if self.observer is not None:
+                self.observer(frame, seen, state)
             step = self._controller.step(
                 time_ns=frame.time_ns, state=state, bumped=any(frame.bumpers)
             )

@@ -118,14 +118,16 @@ class PoseWatch:
         """Take note of one image that was compared with the pose.
 
         An image speaks against the pose where none, or two fewer than expected, of the LEDs are
-        where they should be.
+        where they should be. Two LEDs make a doubtful pose good again: a single light may be in
+        the place of an LED by chance.
 
         Args:
             used: LEDs that were where they should be.
             expected: LEDs that should have been in the image.
         """
         bad = expected > 0 and used < max(1, expected - 1)
-        self._misses = self._misses + 1 if bad else 0
+        doubted = self.mode is Mode.DOUBTFUL and used < _PAIR
+        self._misses = self._misses + 1 if bad or (doubted and expected) else 0
         self._unseen = 0 if used else self._unseen + 1
         if self.mode is Mode.CONFIRMING:
             self._confirm(used, bad=bad or not used, expected=expected)
@@ -133,9 +135,9 @@ class PoseWatch:
             self.lose('the LEDs are not where they should be')
         elif self._unseen >= self._config.unseen_after_frames:
             self.lose('no LED was seen for too long')
-        elif used:
+        elif used and not bad and not doubted:
             self.mode, self.reason = Mode.TRACKING, ''
-        elif expected >= _PAIR:
+        elif bad and not used and (expected >= _PAIR or self._misses > _PAIR):
             self.mode, self.reason = Mode.DOUBTFUL, 'none of the expected LEDs is seen'
 
     def _confirm(self, used: int, *, bad: bool, expected: int) -> None:

@@ -1,0 +1,89 @@
+"""The parts of the study by name: what each measures, with which sizes, and its rows."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from goalreach_bringup.bench.row import BenchRow
+from goalreach_bringup.localization_study.bound_study import bound_rows, study_bound
+from goalreach_bringup.localization_study.consistency_study import (
+    consistency_rows,
+    study_consistency,
+)
+from goalreach_bringup.localization_study.drive_study import drive_rows, study_drives
+from goalreach_bringup.localization_study.kidnap_study import kidnap_rows, study_kidnaps
+
+__all__ = ['measure', 'name_of', 'rows_of']
+
+_Result = dict[str, Any]
+
+
+class _Part(NamedTuple):
+    """One part: its sizes among the options, what measures it, what makes rows of it."""
+
+    sizes: tuple[str, ...]
+    study: Callable[[argparse.Namespace], _Result]
+    rows: Callable[[_Result], list[BenchRow]]
+
+
+def _bound(asked: argparse.Namespace) -> _Result:
+    return study_bound(
+        trials=asked.bound_images,
+        identified=asked.labelled_images,
+        seed=asked.seed,
+        jobs=asked.jobs,
+    )
+
+
+def _drives(asked: argparse.Namespace) -> _Result:
+    return study_drives(
+        starts=asked.starts, robots=asked.calibrated_robots, seed=asked.seed, jobs=asked.jobs
+    )
+
+
+def _consistency(asked: argparse.Namespace) -> _Result:
+    return {
+        name: study_consistency(
+            runs=asked.runs,
+            run_s=asked.run_seconds,
+            seed=asked.seed,
+            jobs=asked.jobs,
+            calibrate=calibrate,
+        )
+        for name, calibrate in (('not calibrating', False), ('calibrating', True))
+    }
+
+
+def _kidnap(asked: argparse.Namespace) -> _Result:
+    return study_kidnaps(count=asked.kidnaps, seed=asked.seed, jobs=asked.jobs)
+
+
+_PARTS = {
+    'bound': _Part(('bound_images', 'labelled_images'), _bound, bound_rows),
+    'drives': _Part(('starts', 'calibrated_robots'), _drives, drive_rows),
+    'consistency': _Part(('runs', 'run_seconds'), _consistency, consistency_rows),
+    'kidnap': _Part(('kidnaps',), _kidnap, kidnap_rows),
+}
+
+
+def measure(part: str, asked: argparse.Namespace) -> _Result:
+    """Return what a part finds, ready for JSON.
+
+    Args:
+        part: Its name.
+        asked: Sizes, seed and jobs.
+    """
+    return _PARTS[part].study(asked)
+
+
+def name_of(part: str, asked: argparse.Namespace) -> str:
+    """Return the name under which a result is kept: part, sizes and seed."""
+    sizes = ''.join(f'-{getattr(asked, size):g}' for size in _PARTS[part].sizes)
+    return f'{part}{sizes}-seed-{asked.seed}'
+
+
+def rows_of(part: str, result: _Result) -> list[BenchRow]:
+    """Return the rows of a result."""
+    return _PARTS[part].rows(result)
