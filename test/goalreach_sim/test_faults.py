@@ -7,6 +7,7 @@ import pytest
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.values import Twist2
 from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.simulator import Simulator, SimulatorConfig
@@ -88,4 +89,4 @@ def test_a_carried_robot_is_elsewhere_and_its_encoders_do_not_know(simulator: Si
 )
 def test_faults_that_cannot_be_are_refused(name: str, value: object) -> None:
     with pytest.raises(ConfigurationError, match=name):
-        SimulatedFaults(**{name: value})
+        build_config(SimulatedFaults, {name: value})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -42,6 +42,7 @@ _NAME = 'goal_reaching_controller'
 _THROTTLE_S = 5.0
 _PATH_TICKS = 25
 _POSE_TICKS = 5
+_STUCK_TICKS = 25
 _STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
@@ -79,7 +80,7 @@ class GoalReachingControllerNode(Node):
         self._finished = False
         self._busy = False
         self._trail: list[tuple[int, Pose2]] = []
-        self._ticks = 0
+        self._ticks = self._pressed_ticks = 0
         self.create_subscription(DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
         self.create_subscription(LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
 
@@ -115,13 +116,25 @@ class GoalReachingControllerNode(Node):
                 return
             try:
                 state = state_from_msg(inputs[STATE])
-                bumped = any(bumpers_from_msg(inputs[BUMPERS]))
+                bumpers = bumpers_from_msg(inputs[BUMPERS])
             except MessageError as error:
                 self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE_S)
                 return
-            self._process(stamp_ns, state, bumped=bumped)
+            self._note_bumpers(bumpers)
+            self._process(stamp_ns, state, bumped=any(bumpers))
 
         return collect
+
+    def _note_bumpers(self, pressed: Sequence[bool]) -> None:
+        """Tell of a bumper that stays pressed."""
+        self._pressed_ticks = self._pressed_ticks + 1 if any(pressed) else 0
+        if self._pressed_ticks and self._pressed_ticks % _STUCK_TICKS == 0:
+            which = ', '.join(str(i) for i, on in enumerate(pressed) if on)
+            self.get_logger().warning(
+                f'bumper {which} has been pressed for {self._pressed_ticks} ticks: stuck, or '
+                'the robot stands at a wall',
+                throttle_duration_sec=_THROTTLE_S,
+            )
 
     def _process(self, stamp_ns: int, state: RegionState, *, bumped: bool) -> None:
         if self._finished:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import time
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -19,10 +20,15 @@ __all__ = ['RobotPlacement']
 _ROBOT = 'nomad200'
 _POLL_S = 0.05
 _COMPLAIN_S = 5.0
+_ANSWER_S = 2.0
+"""Time for an answer, seconds of the wall clock, after which a call is made again. Chosen."""
 
 
 class RobotPlacement:
     """Calls the robot's services without ever blocking the executor.
+
+    A call whose answer does not come, because the robot's node has died or a message got lost, is
+    made again from the beginning: nothing here can wait for ever.
 
     Args:
         node: The node whose executor serves the calls.
@@ -35,6 +41,9 @@ class RobotPlacement:
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
         self._waiting: Callable[[], None] | None = None
+        self._action: Callable[[], None] | None = None
+        self._asked_s = 0.0
+        self._attempt = 0
         self._timer = node.create_timer(
             _POLL_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -47,20 +56,21 @@ class RobotPlacement:
         def set_start() -> None:
             request = [Parameter('start_pose', Parameter.Type.DOUBLE_ARRAY, pose)]
             future = self._parameters.set_parameters(request)
-            future.add_done_callback(reset)
+            future.add_done_callback(self._unless_given_up(reset))
 
-        def reset(future: Any) -> None:
-            result = future.result().results[0]
+        def reset(answer: Any) -> None:
+            result = answer.results[0]
             if not result.successful:
                 self._refused(result.reason)
                 return
-            self._reset.call_async(Trigger.Request()).add_done_callback(finish)
+            future = self._reset.call_async(Trigger.Request())
+            future.add_done_callback(self._unless_given_up(finish))
 
-        def finish(future: Any) -> None:
-            if not future.result().success:
-                self._refused(future.result().message)
+        def finish(answer: Any) -> None:
+            if not answer.success:
+                self._refused(answer.message)
                 return
-            done()
+            self._answered(done)
 
         self._when_ready(set_start)
 
@@ -69,16 +79,40 @@ class RobotPlacement:
 
         def call() -> None:
             future = self._pause.call_async(SetBool.Request(data=True))
-            future.add_done_callback(lambda _: done())
+            future.add_done_callback(self._unless_given_up(lambda _: self._answered(done)))
 
         self._when_ready(call)
 
     def _when_ready(self, action: Callable[[], None]) -> None:
-        self._waiting = action
+        self._waiting = self._action = action
         self._timer.reset()
         self._poll()
 
+    def _unless_given_up(self, then: Callable[[Any], None]) -> Callable[[Any], None]:
+        attempt = self._attempt
+
+        def finish(future: Any) -> None:
+            if attempt == self._attempt:
+                then(future.result())
+
+        return finish
+
+    def _answered(self, done: Callable[[], None]) -> None:
+        self._action = None
+        self._attempt += 1
+        self._timer.cancel()
+        done()
+
+    def _ask_again(self) -> None:
+        if self._action is None or time.monotonic() - self._asked_s < _ANSWER_S:
+            return
+        self._node.get_logger().warning(f'{_ROBOT} does not answer; asking again')
+        self._attempt += 1
+        self._waiting = self._action
+
     def _poll(self) -> None:
+        if self._waiting is None:
+            self._ask_again()
         ready = (
             self._parameters.services_are_ready()
             and self._reset.service_is_ready()
@@ -93,8 +127,10 @@ class RobotPlacement:
                 )
             return
         action, self._waiting = self._waiting, None
-        self._timer.cancel()
+        self._asked_s = time.monotonic()
         action()
 
     def _refused(self, reason: str) -> None:
+        self._action = None
+        self._timer.cancel()
         self._node.get_logger().error(f'{_ROBOT} refused the start: {reason}')

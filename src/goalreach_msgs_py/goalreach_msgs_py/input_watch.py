@@ -8,6 +8,12 @@ from dataclasses import dataclass
 __all__ = ['InputWatch', 'Trouble']
 
 _NS_PER_S = 1e9
+_HELD_S = 0.5
+"""A node that was not served for so long tells it, seconds of the wall clock; chosen."""
+
+_RECENT_S = 0.2
+"""Stamps are held against inputs that go on alone: who is silent is told as such. Chosen."""
+
 _LOST = 3
 """Fewer messages than this are not worth a word; chosen."""
 
@@ -89,7 +95,7 @@ class InputWatch:
             apart_s = (stamp_ns - seen.stamp_ns) / _NS_PER_S
             if other == topic or abs(apart_s) <= self._apart_s:
                 continue
-            if now_s - seen.heard_s > self._silent_s:
+            if now_s - seen.heard_s > _RECENT_S:
                 continue
             where = 'ahead of' if apart_s > 0 else 'behind'
             return Trouble(topic=topic, kind='apart', text=f'{abs(apart_s):.2f} s {where} {other}')
@@ -104,7 +110,7 @@ class InputWatch:
         """
         held_s = 0.0 if self._looked_s is None else now_s - self._looked_s
         self._looked_s = now_s
-        if held_s > self._silent_s:
+        if held_s > _HELD_S:
             for seen in self._inputs.values():
                 seen.heard_s = now_s
             return [Trouble(topic='', kind='held', text=f'was held up for {held_s:.2f} s')]

@@ -13,11 +13,11 @@ from goalreach_msgs_py.input_watch import InputWatch, Trouble
 __all__ = ['InputReporter']
 
 _PERIOD_S = 0.2
-_THROTTLE_S = 3.0
+_THROTTLE_S = 2.0
 
 
 class InputReporter:
-    """An `InputWatch` on a node's executor; each kind of trouble is told once in 3 s.
+    """An `InputWatch` on a node's executor; each kind of trouble is told once in 2 s.
 
     Args:
         node: The node.

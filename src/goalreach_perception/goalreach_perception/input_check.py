@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.values import HeadAngles, Odometry
+from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2
 
-__all__ = ['input_fault', 'odometry_jump']
+__all__ = ['FrozenCamera', 'input_fault', 'odometry_jump']
+
+_MOVED_M, _TURNED_RAD = 0.005, 0.005
+"""Motion that no two images look the same after: a pixel from a metre away; chosen."""
 
 
 def _image_fault(image: object, camera: PinholeCamera) -> str:
@@ -58,6 +62,39 @@ def input_fault(
     if last_ns is not None and time_ns < last_ns:
         return f'time: {time_ns} ns is before the last image, {last_ns} ns'
     return _image_fault(image, camera) or _motion_fault(joints, odometry)
+
+
+class FrozenCamera:
+    """Notices a camera that sends one image again and again while its robot moves."""
+
+    def __init__(self) -> None:
+        self._image: NDArray[np.uint8] | None = None
+        self._joints: HeadAngles | None = None
+        self._pose: Pose2 | None = None
+
+    def fault(self, image: NDArray[np.uint8], joints: HeadAngles, pose: Pose2) -> str:
+        """Return why an image cannot be of this moment, or an empty text.
+
+        Args:
+            image: The image.
+            joints: Encoder readings.
+            pose: Odometry.
+        """
+        if self._image is None or not np.array_equal(image, self._image):
+            self._image, self._joints, self._pose = image, joints, pose
+            return ''
+        before, at = self._joints, self._pose
+        if before is None or at is None:
+            return ''
+        moved_m = math.hypot(pose.x_m - at.x_m, pose.y_m - at.y_m)
+        azimuth = pose.heading_rad + joints.turret_rad + joints.pan_rad
+        azimuth -= at.heading_rad + before.turret_rad + before.pan_rad
+        turned_rad = max(
+            abs(math.remainder(azimuth, math.tau)), abs(joints.tilt_rad - before.tilt_rad)
+        )
+        if moved_m < _MOVED_M and turned_rad < _TURNED_RAD:
+            return ''
+        return 'image: the same as before, though the robot has moved'
 
 
 def odometry_jump(

@@ -36,6 +36,7 @@ from goalreach_msgs_py.topics import (
     POSE,
 )
 from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig, LocalizerOutput
+from goalreach_perception.sensor_watch import SensorWatch
 
 __all__ = ['LandmarkLocalizerNode', 'main']
 
@@ -59,7 +60,7 @@ class LandmarkLocalizerNode(Node):
         super().__init__(_NAME)
         live = [f'noise.{field.name}' for field in fields(NoiseModel)]
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)
-        self._localizer = LandmarkLocalizer(config.value)
+        self._on_config(config.value)
         self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
         self._reporter = InputReporter(
             self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
@@ -90,23 +91,30 @@ class LandmarkLocalizerNode(Node):
 
     def _process(self, stamp_ns: int, inputs: Any) -> None:
         try:
+            image, camera = image_from_msg(inputs[IMAGE]), camera_from_msg(inputs[CAMERA_INFO])
+            joints, odometry = head_from_msg(inputs[JOINT_STATES]), odometry_from_msg(inputs[ODOM])
             output = self._localizer.process(
-                time_ns=stamp_ns,
-                image=image_from_msg(inputs[IMAGE]),
-                camera=camera_from_msg(inputs[CAMERA_INFO]),
-                joints=head_from_msg(inputs[JOINT_STATES]),
-                odometry=odometry_from_msg(inputs[ODOM]),
+                time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
             )
         except MessageError as error:
             self.get_logger().error(f'input refused: {error}', throttle_duration_sec=_THROTTLE_S)
             return
         self._publish(stamp_ns, output)
+        if output.mode == 'refused':
+            line = f'refused: {output.reason}'
+            self.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
+            return
+        for line in self._watch.look(
+            image=image, camera=camera, joints=joints, odometry=odometry.pose, output=output
+        ):
+            self.get_logger().info(line)
         if self._transforms.active and output.mode == 'tracking':
-            in_odom = odometry_from_msg(inputs[ODOM]).pose
-            self._transforms.publish([map_to_odom(stamp_ns, output.estimate.pose, in_odom)])
+            correction = map_to_odom(stamp_ns, output.estimate.pose, odometry.pose)
+            self._transforms.publish([correction])
 
     def _on_config(self, config: LocalizerConfig) -> None:
         self._localizer = LandmarkLocalizer(config)
+        self._watch = SensorWatch(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
         self._outbox.send(self._pose, estimate_to_msg(output.estimate, stamp_ns))

@@ -1,7 +1,6 @@
 """Images in, poses with honest covariances and head targets out.
 
-It tracks while the LEDs are where the filter expects them and searches when they are not. A pose
-is published as good only while the last images bore it out.
+It tracks while the LEDs are where they should be, and then publishes a pose; else it searches.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.association import Fix
 from goalreach_perception.detection import Image, SpotDetector
 from goalreach_perception.head_tracker import HeadTracker
-from goalreach_perception.input_check import input_fault, odometry_jump
+from goalreach_perception.input_check import FrozenCamera, input_fault, odometry_jump
 from goalreach_perception.landmark_tracking import SeenLeds, correct_by, find_predicted
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput, anywhere
@@ -70,6 +69,7 @@ class LandmarkLocalizer:
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
+        self._frozen = FrozenCamera()
         self._anywhere = anywhere(config.arena_width_m, config.arena_length_m)
 
     @property
@@ -98,11 +98,11 @@ class LandmarkLocalizer:
         Returns:
             The output; an unusable input gives 'refused', its reason, and no pose.
         """
-        last_ns = None if self._last is None else self._last[0]
+        last_ns = self._last[0] if self._last else None
         if time_ns == last_ns and self._output is not None:
             return self._output
         fault = input_fault(image, camera, joints, odometry, time_ns=time_ns, last_ns=last_ns)
-        if fault:
+        if fault := fault or self._frozen.fault(image, joints, odometry.pose):
             return self._refuse(fault)
         if self._optics is None or self._optics.camera != camera:
             self._optics = Optics(camera)

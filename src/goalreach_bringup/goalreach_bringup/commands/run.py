@@ -49,6 +49,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=None,
         help='show the live page (default: on a terminal, in real time)',
     )
+    add(
+        '--remap',
+        action='append',
+        default=[],
+        metavar='[NODE:]FROM:=TO',
+        help='remapping rule of ROS 2 for the nodes; repeatable',
+    )
     add('--params-file', type=Path, metavar='YAML', help='ROS 2 parameter file')
     add('--summary', type=Path, metavar='JSON', help='write the summary of the run')
     add('--quiet', action='store_true', help='show errors only')
@@ -85,4 +92,5 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
         quiet=arguments.quiet,
         record=arguments.record,
         storage=arguments.storage,
+        remaps=tuple(arguments.remap),
     )

@@ -39,6 +39,7 @@ class RunOptions:
         dashboard: Whether to show the live page; None where that depends on the terminal.
         record: Bag to record, or None.
         storage: Storage format of the bag.
+        remaps: Remapping rules of ROS 2, given to every node.
     """
 
     seed: int
@@ -59,6 +60,7 @@ class RunOptions:
     dashboard: bool | None = False
     record: Path | None = None
     storage: str = 'mcap'
+    remaps: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check what argparse cannot."""
@@ -66,6 +68,9 @@ class RunOptions:
             raise ConfigurationError('--paths', self.paths, 'a whole number >= 0')
         if not 0 <= self.seed < 2**31:
             raise ConfigurationError('--seed', self.seed, 'a whole number in [0, 2147483647]')
+        for rule in self.remaps:
+            if ':=' not in rule:
+                raise ConfigurationError('--remap', rule, 'FROM:=TO or NODE:FROM:=TO')
 
 
 def parse_start(text: str) -> Pose2:

@@ -22,6 +22,7 @@ from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.values import Pose2
 from goalreach_perception.localizer import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
+from goalreach_sim.faults import FaultParameters
 from goalreach_sim.simulator import SimulatorConfig
 from goalreach_sim.time_config import TimeConfig
 
@@ -142,8 +143,9 @@ def plan_parameters(
             **flatten_config(_mission(options, numbers, policy_path, seeds, learning)),
         },
     }
+    faults = flatten_config(FaultParameters())
     for node, values in user.items():
-        _require_known(node, values, defaults[node])
+        _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
         defaults[node].update(values)
     defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
     defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
@@ -185,7 +187,7 @@ def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> 
 def _check(parameters: NodeParameters) -> None:
     """Build every configuration once, so that a mistake is told before anything starts."""
     classes: dict[str, tuple[type[object], ...]] = {
-        ROBOT: (SimulatorConfig, TimeConfig, RegionConfig),
+        ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
         LOCALIZER: (LocalizerConfig,),
         ESTIMATOR: (StateEstimatorConfig,),
         CONTROLLER: (ControllerConfig, MissionConfig),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 import os
 from pathlib import Path
 import signal
@@ -51,6 +51,7 @@ class Graph:
         parameters: Parameters of every node.
         directory: Where parameter files and logs go.
         composed: Whether all nodes share one process.
+        remaps: Remapping rules for every node.
         resume: Gives the parameters that make a restarted process go on, by node.
         tell: Called with one line for the screen when a node is up.
         warn: Called with one line of trouble.
@@ -62,6 +63,7 @@ class Graph:
         parameters: NodeParameters,
         directory: Path,
         composed: bool,
+        remaps: Sequence[str] = (),
         resume: Callable[[], Mapping[str, dict[str, Any]]],
         tell: Callable[[str], None],
         warn: Callable[[str], None],
@@ -70,6 +72,7 @@ class Graph:
         self._parameters = parameters
         self._directory = directory
         self._modules = _COMPOSED if composed else _MODULES
+        self._remaps = [word for rule in remaps for word in ('--remap', rule)]
         self._resume = resume
         self._tell = tell
         self._warn = warn
@@ -93,7 +96,7 @@ class Graph:
         command = [sys.executable, '-m', self._modules[name], '--ros-args']
         self._processes[name] = NodeProcess(
             name,
-            [*command, '--params-file', str(parameters_path)],
+            [*command, '--params-file', str(parameters_path), *self._remaps],
             environment=self._environment,
             log_path=self._directory / f'{name}.log',
             tell=self._warn,

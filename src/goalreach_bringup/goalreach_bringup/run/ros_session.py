@@ -14,6 +14,7 @@ from goalreach_bringup.arena_choice import choose_arena, choose_policy
 from goalreach_bringup.bags.bag_writer_file import require_new_bag
 from goalreach_bringup.parameter_file import NodeParameters, read_parameters
 from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.run.domain_lock_file import domain_lock
 from goalreach_bringup.run.environment import make_run_directory
 from goalreach_bringup.run.learning_run import LearningRun
 from goalreach_bringup.run.options import RunOptions
@@ -98,10 +99,11 @@ class RunSession:
         if is_page_wanted(asked=options.dashboard, clock=str(parameters[ROBOT]['clock'])):
             self._page = PageProcess(options.arena)
         self._recorder = self._make_recorder(directory, str(parameters[ROBOT]['clock']))
-        try:
-            self._drive(directory, policy, parameters)
-        finally:
-            self._tell(parameters, mode, time.monotonic() - began_s)
+        with domain_lock():
+            try:
+                self._drive(directory, policy, parameters)
+            finally:
+                self._tell(parameters, mode, time.monotonic() - began_s)
         return self._status(policy_path)
 
     def _total_paths(self) -> int:
@@ -130,6 +132,7 @@ class RunSession:
             parameters=parameters,
             directory=directory,
             composed=self._options.composed,
+            remaps=self._options.remaps,
             resume=lambda: resume_parameters(monitor.progress),
             tell=self._report.say,
             warn=self._report.warn,

@@ -1,0 +1,137 @@
+"""Faults injected into live stacks: bumps, wrong poses, hangs, times to recover, names."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+import multiprocessing
+from pathlib import Path
+import tempfile
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from goalreach_bringup.bench.row import BenchRow, Goal
+
+if TYPE_CHECKING:
+    from goalreach_bringup.faults.document import KindSummary
+    from goalreach_bringup.faults.judge import Verdict
+    from goalreach_bringup.faults.kinds import FaultKind
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = 'Inject faults into a live stack: what should come of each, what does, time to recover'
+
+_FIRST_DOMAIN: Final = 10
+_RECOVERY_S: Final = 3.0
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the suite's options."""
+    add = parser.add_argument
+    add(
+        '--kinds', default='', metavar='WORDS', help='only kinds with one of these words, by comma'
+    )
+    add('--times', type=int, default=2, metavar='N', help='random moments of each kind')
+    add('--speed', type=float, default=1.0, metavar='F', help='times real time')
+    add('--jobs', type=int, default=1, metavar='N', help='stacks at a time')
+    add('--results', type=Path, metavar='DIR', help='keep verdicts there, and go on from them')
+    add('--out', type=Path, metavar='FILE', help='write the table, in Markdown')
+
+
+def execute(options: argparse.Namespace) -> list[BenchRow]:
+    """Inject what is not there yet, and judge.
+
+    Raises:
+        GoalreachError: An option is refused, a file cannot be written, or no stack comes up.
+    """
+    from goalreach_bringup.faults.document import fault_document, summarise_kinds
+    from goalreach_bringup.faults.kinds import choose_kinds
+    from goalreach_bringup.faults.results_file import read_verdicts
+    from goalreach_msgs_py.atomic_file import require_writable, write_text_atomically
+    from goalreach_msgs_py.errors import ConfigurationError
+
+    for name, least in (('times', 1), ('jobs', 1), ('speed', 0.1)):
+        if not getattr(options, name) >= least:
+            raise ConfigurationError(f'--{name}', getattr(options, name), f'at least {least}')
+    kinds = choose_kinds(options.kinds)
+    if options.out is not None:
+        require_writable(options.out)
+    with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
+        results = options.results or Path(folder)
+        _inject(options, kinds, results)
+        chosen = {kind.name for kind in kinds}
+        verdicts = [v for v in read_verdicts(results) if v.kind in chosen]
+    summaries = summarise_kinds(verdicts)
+    if options.out is not None:
+        command = f'goalreach bench faults --times {options.times} --seed {options.seed}'
+        write_text_atomically(options.out, fault_document(summaries, command))
+    return [*(_kind_row(one) for one in summaries), *_total_rows(verdicts, summaries)]
+
+
+def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Path) -> None:
+    from goalreach_bringup.faults.results_file import read_verdicts
+
+    done = [verdict.kind for verdict in read_verdicts(results)]
+    missing = [k for k in kinds for _ in range(options.times - done.count(k.name))]
+    rng = np.random.default_rng([options.seed, len(done)])
+    order = [missing[i] for i in rng.permutation(len(missing))]
+    parts = [order[job :: options.jobs] for job in range(options.jobs)]
+    work = partial(_work, results=results, speed=options.speed)
+    seeds = [int(word) for word in rng.integers(2**31, size=options.jobs)]
+    if options.jobs == 1:
+        work(parts[0], 0, seeds[0])
+        return
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(max_workers=options.jobs, mp_context=context) as pool:
+        list(pool.map(work, parts, range(options.jobs), seeds))
+
+
+def _work(kinds: Sequence[FaultKind], job: int, seed: int, *, results: Path, speed: float) -> None:
+    from goalreach_bringup.faults.results_file import VerdictFile
+    from goalreach_bringup.faults.ros_campaign import inject_faults
+
+    file = VerdictFile(results / f'faults-{job}.jsonl')
+    if kinds:
+        inject_faults(kinds, domain=_FIRST_DOMAIN + job, speed=speed, seed=seed, keep=file.add)
+
+
+def _kind_row(one: KindSummary) -> BenchRow:
+    bad = one.bumps + one.wrong + one.hangs + (one.injected - one.named)
+    note = (
+        f'bumps {one.bumps}, wrong {one.wrong} (worst {one.worst_m:.3f} m), hangs {one.hangs}, '
+        f'named {one.named} of {one.injected}, median {one.recovery_median_s:.2f} s'
+    )
+    limit = _RECOVERY_S if not bad else -1.0
+    return BenchRow(
+        name=one.kind.name,
+        unit='s to recover, p95',
+        ours=one.recovery_p95_s,
+        goal=Goal(of='ours', relation='<=', bound=limit),
+        n=one.injected,
+        note=note,
+    )
+
+
+def _total_rows(verdicts: Sequence[Verdict], summaries: Sequence[KindSummary]) -> list[BenchRow]:
+    def row(name: str, ours: float) -> BenchRow:
+        goal = Goal(of='ours', relation='<=', bound=0.0)
+        return BenchRow(name=name, unit='', ours=ours, goal=goal, n=len(verdicts))
+
+    times_s = [v.recovery_s for v in verdicts if v.recovery_s is not None]
+    return [
+        BenchRow(name='kinds of fault', unit='', ours=len(summaries), n=len(verdicts)),
+        row('bumps', sum(v.bumps for v in verdicts)),
+        row('faults with a wrong pose believed good', sum(v.wrong > 0 for v in verdicts)),
+        row('hangs', sum(v.recovery_s is None for v in verdicts)),
+        row('faults that nothing named', sum(not v.report for v in verdicts)),
+        BenchRow(
+            name='recovery of all, p95',
+            unit='s',
+            ours=float(np.percentile(times_s, 95)) if times_s else float('nan'),
+            goal=Goal(of='ours', relation='<=', bound=_RECOVERY_S),
+            n=len(times_s),
+        ),
+    ]

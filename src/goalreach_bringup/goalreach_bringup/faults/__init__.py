@@ -1,0 +1,1 @@
+"""Faults injected into a live stack, what should come of each, and what did."""

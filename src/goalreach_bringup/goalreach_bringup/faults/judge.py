@@ -1,0 +1,165 @@
+"""What came of a fault, from what was seen of the robot before, while and after it lasted."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import asdict, dataclass
+import math
+import re
+from typing import Any, Final
+
+from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
+from goalreach_msgs_py.units import INCH_M
+from goalreach_msgs_py.values import Confidence, Odometry, RegionState, Twist2
+
+__all__ = ['GOOD_POSE_M', 'Record', 'Verdict']
+
+GOOD_POSE_M: Final = 6.0 * INCH_M
+"""A pose that is believed and farther off than this is wrong."""
+
+_FRESH_S: Final = 0.2
+_HEALTHY_TICKS: Final = 10
+"""More ticks than a command stays fresh: a chain that has just broken is not healthy. Chosen."""
+
+_TOUCH_M: Final = 1e-4
+_KEPT: Final = 4000
+_MOVES: Final = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What came of one fault.
+
+    Attributes:
+        kind: Name of the kind.
+        bumps: Times the robot ran into a wall from the fault's beginning to the recovery.
+        wrong: States believed good whose position was off by more than 6 in.
+        worst_m: Largest error of a state believed good.
+        recovery_s: Seconds of the graph's clock from the fault's end to sound driving, or None
+            where that did not come: a hang.
+        report: The line that named the fault, or an empty text.
+        moment_s: When it began, seconds of the graph's clock.
+    """
+
+    kind: str
+    bumps: int
+    wrong: int
+    worst_m: float
+    recovery_s: float | None
+    report: str
+    moment_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        return asdict(self)
+
+
+class Record:
+    """What is seen of a running stack, and what it says.
+
+    Args:
+        arena: Where the robot drives.
+    """
+
+    def __init__(self, arena: Arena) -> None:
+        self._arena = arena
+        self._truth: dict[int, Odometry] = {}
+        self._order: deque[int] = deque()
+        self._touching = False
+        self._healthy = 0
+        self._good_ns = self._command_ns = self._sound_ns = 0
+        self._moving = False
+        self.clock_ns = 0
+        self.lines: deque[str] = deque(maxlen=_KEPT)
+        self.begin()
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self.bumps = self.wrong = 0
+        self.worst_m = 0.0
+        self.healthy_since_ns: int | None = None
+        self.lines.clear()
+
+    def end(self) -> None:
+        """Look for sound driving from now on: the fault is over."""
+        self._healthy = 0
+        self.healthy_since_ns = None
+
+    @property
+    def clock_s(self) -> float:
+        """The graph's clock."""
+        return self.clock_ns * 1e-9
+
+    @property
+    def speed_m_per_s(self) -> float:
+        """The robot's true speed."""
+        truth = self._truth.get(self.clock_ns)
+        return 0.0 if truth is None else abs(truth.twist.linear_m_per_s)
+
+    def truth(self, stamp_ns: int, truth: Odometry) -> None:
+        """Take note of where the robot is: the tick of the graph's clock."""
+        self.clock_ns = stamp_ns
+        if stamp_ns not in self._truth:
+            self._order.append(stamp_ns)
+        self._truth[stamp_ns] = truth
+        if len(self._order) > _KEPT:
+            del self._truth[self._order.popleft()]
+        touching = self._touches(truth)
+        self.bumps += touching and not self._touching
+        self._touching = touching
+        fresh_ns = stamp_ns - round(_FRESH_S * 1e9)
+        sound = self._moving and fresh_ns <= self._good_ns <= stamp_ns
+        sound = sound and fresh_ns <= self._command_ns <= stamp_ns
+        self._healthy = self._healthy + 1 if sound else 0
+        if self._healthy == 1:
+            self._sound_ns = stamp_ns
+        self.healthy_since_ns = self._sound_ns if self._healthy >= _HEALTHY_TICKS else None
+
+    def _touches(self, truth: Odometry) -> bool:
+        pose, radius_m = truth.pose, BODY_RADIUS_M + _TOUCH_M
+        inside_x = radius_m <= pose.x_m <= self._arena.width_m - radius_m
+        return not (inside_x and radius_m <= pose.y_m <= self._arena.length_m - radius_m)
+
+    def state(self, stamp_ns: int, state: RegionState) -> None:
+        """Take note of what is believed."""
+        truth = self._truth.get(stamp_ns)
+        if state.confidence is not Confidence.OK or truth is None:
+            return
+        error_m = math.hypot(state.pose.x_m - truth.pose.x_m, state.pose.y_m - truth.pose.y_m)
+        self.worst_m = max(self.worst_m, error_m)
+        if error_m > GOOD_POSE_M:
+            self.wrong += 1
+        else:
+            self._good_ns = stamp_ns
+
+    def command(self, stamp_ns: int, command: Twist2) -> None:
+        """Take note of a command that reached the robot."""
+        self._command_ns = stamp_ns
+        speed, rate = command.linear_m_per_s, command.steering_rad_per_s
+        self._moving = abs(speed) > _MOVES or abs(rate) > _MOVES
+
+    def verdict(
+        self, kind: str, named: str, *, began_ns: int, ended_ns: int, recovered: bool
+    ) -> Verdict:
+        """Return what came of a fault.
+
+        Args:
+            kind: Its name.
+            named: Regular expression of the words that name it.
+            began_ns: When it began.
+            ended_ns: When it ended.
+            recovered: Whether the robot drives soundly again.
+        """
+        recovery_s = None
+        if recovered and self.healthy_since_ns is not None:
+            recovery_s = max(0.0, (self.healthy_since_ns - ended_ns) * 1e-9)
+        report = next((line for line in self.lines if re.search(named, line)), '')
+        return Verdict(
+            kind=kind,
+            bumps=self.bumps,
+            wrong=self.wrong,
+            worst_m=round(self.worst_m, 4),
+            recovery_s=recovery_s,
+            report=report,
+            moment_s=began_ns * 1e-9,
+        )

@@ -1,0 +1,85 @@
+"""One fault after the other at random moments of one live stack."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import contextlib
+from pathlib import Path
+import tempfile
+from typing import Final
+
+import numpy as np
+
+from goalreach_bringup.faults.judge import Verdict
+from goalreach_bringup.faults.kinds import FaultKind
+from goalreach_bringup.faults.ros_bench_graph import BenchGraph
+from goalreach_bringup.faults.ros_injector import Injector
+from goalreach_msgs_py.errors import GoalreachError
+
+__all__ = ['inject_faults']
+
+_MOMENT_S: Final = (0.3, 3.0)
+_DRIVING_S: Final = 40.0
+_RECOVER_S: Final = 25.0
+_SETTLED_S: Final = 0.5
+_FAST_M_PER_S: Final = 0.1
+
+
+def inject_faults(
+    kinds: Sequence[FaultKind],
+    *,
+    domain: int,
+    speed: float,
+    seed: int,
+    keep: Callable[[Verdict], None],
+) -> None:
+    """Inject faults into one stack; it is started anew only after one that it did not survive.
+
+    Args:
+        kinds: What to inject, in this order.
+        domain: ROS domain of the stack.
+        speed: Seconds of the graph's clock in one of the wall's.
+        seed: Of the moments and places.
+        keep: Called with each verdict.
+
+    Raises:
+        GoalreachError: A sound stack does not drive.
+    """
+    rng = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
+        graph = BenchGraph(domain=domain, speed=speed, seed=seed, log_directory=Path(folder))
+        injector = Injector(graph, rng)
+        try:
+            for kind in kinds:
+                if graph.stack is None:
+                    graph.start()
+                keep(_one(graph, injector, kind, rng))
+        finally:
+            graph.close()
+
+
+def _one(
+    graph: BenchGraph, injector: Injector, kind: FaultKind, rng: np.random.Generator
+) -> Verdict:
+    record = graph.record
+    graph.serve(rng.uniform(*_MOMENT_S) / graph.speed)
+    driving = graph.serve_until(
+        lambda: record.healthy_since_ns is not None and record.speed_m_per_s > _FAST_M_PER_S,
+        _DRIVING_S,
+    )
+    record.begin()
+    if not driving:
+        record.lines.append('the stack did not drive before the fault')
+    began_ns = record.clock_ns
+    with contextlib.suppress(GoalreachError, ProcessLookupError):
+        injector.inject(kind)
+    ended_ns = record.clock_ns
+    record.end()
+    recovered = graph.serve_until(lambda: record.healthy_since_ns is not None, _RECOVER_S)
+    graph.serve(_SETTLED_S / graph.speed)
+    verdict = record.verdict(
+        kind.name, kind.named, began_ns=began_ns, ended_ns=ended_ns, recovered=recovered
+    )
+    if not recovered or graph.stack is None or not graph.stack.alive:
+        graph.stop()
+    return verdict

@@ -1,0 +1,139 @@
+"""What the localizer notices of its sensors while it copes with them: told by name."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.angles import angle_difference
+from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth, points_in_camera
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.detection import SpotDetector
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
+
+__all__ = ['SensorWatch']
+
+_LOOK_FRAMES = 10
+"""The whole image is looked at once in so many; chosen: it costs as much as ten windows."""
+
+_SEEN_PX = 12.0
+"""A light this near to where an LED should be is that LED; chosen: four times a spot's width."""
+
+_INSIDE_PX = 20.0
+"""An LED this far inside the image should be seen; chosen."""
+
+_DARK_FRAMES = 25
+_STOOD_M, _STOOD_RAD = 0.001, 0.002
+_MOVED_M = 0.08
+_WINDOW = 12
+
+
+class SensorWatch:
+    """Compares lights and odometry with a pose that is tracked. It changes nothing.
+
+    Args:
+        config: Of the localizer.
+    """
+
+    def __init__(self, config: LocalizerConfig) -> None:
+        self._leds_m = config.landmark_array_m
+        self._height_m = config.camera_height_m
+        self._detector = SpotDetector(
+            config.detection,
+            spot_sigma_px=config.noise.spot_sigma_px,
+            read_noise_dn=config.noise.read_noise_dn,
+        )
+        self._unseen = [0] * len(self._leds_m)
+        self._strange = 0
+        self._frames = 0
+        self._lost = 0
+        self._poses: list[tuple[Pose2, Pose2]] = []
+
+    def look(
+        self,
+        *,
+        image: NDArray[np.uint8],
+        camera: PinholeCamera,
+        joints: HeadAngles,
+        odometry: Pose2,
+        output: LocalizerOutput,
+    ) -> list[str]:
+        """Return what is worth a word, one line each.
+
+        Args:
+            image: (height, width) mono8.
+            camera: The camera that took it.
+            joints: Encoder readings.
+            odometry: Pose in `odom`.
+            output: What the localizer made of it.
+        """
+        lines = self._given_up(output)
+        if output.mode != 'tracking':
+            self._poses.clear()
+            self._unseen = [0] * len(self._leds_m)
+            return lines
+        pose = output.estimate.pose
+        pixels = self._expected(pose, joints, camera)
+        lines += self._dark(pixels, camera, output)
+        self._frames += 1
+        if self._frames % _LOOK_FRAMES == 0:
+            lines += self._strangers(image, pixels)
+        return lines + self._standing(pose, odometry)
+
+    def _given_up(self, output: LocalizerOutput) -> list[str]:
+        lost, self._lost = self._lost, output.counters.lost
+        return [f'the pose was given up: {output.reason}'] if self._lost > lost else []
+
+    def _expected(self, pose: Pose2, joints: HeadAngles, camera: PinholeCamera) -> FloatArray:
+        centre_m = np.array([pose.x_m, pose.y_m, self._height_m])
+        azimuth_rad = camera_azimuth(pose.heading_rad, joints)
+        return camera.project(
+            points_in_camera(self._leds_m, centre_m, azimuth_rad, joints.tilt_rad)
+        )
+
+    def _dark(
+        self, pixels: FloatArray, camera: PinholeCamera, output: LocalizerOutput
+    ) -> list[str]:
+        low, width, height = _INSIDE_PX, camera.width_px, camera.height_px
+        lines = []
+        for led, ((u, v), seen) in enumerate(zip(pixels.tolist(), output.landmarks, strict=True)):
+            inside = low < u < width - low and low < v < height - low
+            self._unseen[led] = self._unseen[led] + 1 if inside and seen is None else 0
+            if self._unseen[led] and self._unseen[led] % _DARK_FRAMES == 0:
+                lines.append(
+                    f'LED {led} is dark or hidden: not seen in {self._unseen[led]} images'
+                )
+        return lines
+
+    def _strangers(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
+        spots = self._detector.in_frame(image).pixels_px
+        strange = [(u, v) for u, v in spots.tolist() if not _is_near(u, v, pixels)]
+        self._strange = self._strange + 1 if strange else 0
+        if self._strange < 2:  # noqa: PLR2004 - one may be a spurious light of one image
+            return []
+        u_px, v_px = strange[0]
+        return [f'a light that is no LED, at pixel {u_px:.0f}, {v_px:.0f}']
+
+    def _standing(self, pose: Pose2, odometry: Pose2) -> list[str]:
+        """Hold half a second of odometry against the same of poses."""
+        self._poses.append((pose, odometry))
+        if len(self._poses) <= _WINDOW:
+            return []
+        before, odometry_before = self._poses.pop(0)
+        moved_m = math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
+        counted_m = math.hypot(
+            odometry.x_m - odometry_before.x_m, odometry.y_m - odometry_before.y_m
+        )
+        turned = angle_difference(odometry.heading_rad, odometry_before.heading_rad)
+        stood = counted_m < _STOOD_M and abs(turned) < _STOOD_RAD
+        if not stood or moved_m < _MOVED_M:
+            return []
+        return [f'odometry stands still while the LEDs tell {moved_m:.2f} m of motion']
+
+
+def _is_near(u_px: float, v_px: float, pixels: FloatArray) -> bool:
+    distances = np.hypot(pixels[:, 0] - u_px, pixels[:, 1] - v_px)
+    return bool((distances < _SEEN_PX).any())
