@@ -79,7 +79,7 @@ def test_recovery_counts_from_the_end_of_the_fault() -> None:
     record.end()
     drive(record, 46, 12)
     verdict = record.verdict(
-        'k', 'SIGKILL', began_ns=20 * TICK_NS, ended_ns=20 * TICK_NS, recovered=True
+        'k', 'SIGKILL', began_ns=20 * TICK_NS, ended_ns=20 * TICK_NS, sound_ns=47 * TICK_NS
     )
     assert verdict.recovery_s == pytest.approx(27 * 0.04)
     assert verdict.report.startswith('landmark_localizer')

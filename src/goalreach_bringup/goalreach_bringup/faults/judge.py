@@ -139,7 +139,7 @@ class Record:
         self._moving = abs(speed) > _MOVES or abs(rate) > _MOVES
 
     def verdict(
-        self, kind: str, named: str, *, began_ns: int, ended_ns: int, recovered: bool
+        self, kind: str, named: str, *, began_ns: int, ended_ns: int, sound_ns: int | None
     ) -> Verdict:
         """Return what came of a fault.
 
@@ -148,11 +148,9 @@ class Record:
             named: Regular expression of the words that name it.
             began_ns: When it began.
             ended_ns: When it ended.
-            recovered: Whether the robot drives soundly again.
+            sound_ns: From when on the robot drove soundly again, or None where it did not.
         """
-        recovery_s = None
-        if recovered and self.healthy_since_ns is not None:
-            recovery_s = max(0.0, (self.healthy_since_ns - ended_ns) * 1e-9)
+        recovery_s = None if sound_ns is None else max(0.0, (sound_ns - ended_ns) * 1e-9)
         report = next((line for line in self.lines if re.search(named, line)), '')
         return Verdict(
             kind=kind,

@@ -75,11 +75,12 @@ def _one(
         injector.inject(kind)
     ended_ns = record.clock_ns
     record.end()
-    recovered = graph.serve_until(lambda: record.healthy_since_ns is not None, _RECOVER_S)
+    graph.serve_until(lambda: record.healthy_since_ns is not None, _RECOVER_S)
+    sound_ns = record.healthy_since_ns
     graph.serve(_SETTLED_S / graph.speed)
     verdict = record.verdict(
-        kind.name, kind.named, began_ns=began_ns, ended_ns=ended_ns, recovered=recovered
+        kind.name, kind.named, began_ns=began_ns, ended_ns=ended_ns, sound_ns=sound_ns
     )
-    if not recovered or graph.stack is None or not graph.stack.alive:
+    if sound_ns is None or graph.stack is None or not graph.stack.alive:
         graph.stop()
     return verdict
