@@ -1,8 +1,8 @@
-"""Chunks, their indexes and the summary at the end of an MCAP file."""
+"""Header, schemas, channels and chunks of an MCAP file, and the indexes of chunks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 import struct
 from typing import Final
@@ -19,7 +19,7 @@ from goalreach_bringup.bags.mcap_records import (
 )
 from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, offers_to_text
 
-__all__ = ['ChunkInfo', 'OpenChunk', 'channel_record', 'header_record', 'schema_record', 'tail']
+__all__ = ['ChunkInfo', 'OpenChunk', 'channel_record', 'header_record', 'schema_record']
 
 _MESSAGE: Final = struct.Struct('<BQHIQQ')
 _MESSAGE_FIELDS: Final = 22
@@ -182,61 +182,3 @@ class OpenChunk:
             compression=compression,
             sizes=sizes,
         )
-
-
-def tail(
-    position: int,
-    *,
-    schemas: Sequence[bytes],
-    channels: Sequence[bytes],
-    chunks: Sequence[ChunkInfo],
-    metadata: str,
-) -> bytes:
-    """Return all that follows the last chunk: metadata, end of data, summary, footer.
-
-    Args:
-        position: Where it will lie in the file.
-        schemas: The schema records of the file.
-        channels: Its channel records.
-        chunks: Its chunks.
-        metadata: The bag's summary as YAML.
-    """
-    kept = record(Opcode.METADATA, text('rosbag2'), text_map({'serialized_metadata': metadata}))
-    data_end = record(Opcode.DATA_END, struct.pack('<I', 0))
-    summary_start = position + len(kept) + len(data_end)
-    place = record(Opcode.METADATA_INDEX, struct.pack('<QQ', position, len(kept)), text('rosbag2'))
-    groups = {
-        Opcode.SCHEMA: b''.join(schemas),
-        Opcode.CHANNEL: b''.join(channels),
-        Opcode.CHUNK_INDEX: b''.join(chunk.index_record() for chunk in chunks),
-        Opcode.METADATA_INDEX: place,
-        Opcode.STATISTICS: _statistics(len(schemas), len(channels), chunks),
-    }
-    offsets, at = [], summary_start
-    for opcode, data in groups.items():
-        if data:
-            offsets.append(
-                record(Opcode.SUMMARY_OFFSET, struct.pack('<BQQ', opcode, at, len(data)))
-            )
-        at += len(data)
-    head = RECORD_HEAD.pack(Opcode.FOOTER, 20) + struct.pack('<QQ', summary_start, at)
-    summary = b''.join((*groups.values(), *offsets, head))
-    return b''.join((kept, data_end, summary, struct.pack('<I', crc32(summary)), MAGIC))
-
-
-def _statistics(schemas: int, channels: int, chunks: Sequence[ChunkInfo]) -> bytes:
-    counts: dict[int, int] = {}
-    for chunk in chunks:
-        for channel, count in chunk.counts.items():
-            counts[channel] = counts.get(channel, 0) + count
-    filled = [chunk for chunk in chunks if chunk.counts]
-    return record(
-        Opcode.STATISTICS,
-        struct.pack('<QHIIII', sum(counts.values()), schemas, channels, 0, 1, len(chunks)),
-        struct.pack(
-            '<QQ',
-            min((chunk.first_ns for chunk in filled), default=0),
-            max((chunk.last_ns for chunk in filled), default=0),
-        ),
-        number_map(counts.items()),
-    )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from goalreach_bringup.bags.mcap_layout import ChunkInfo, tail
+from goalreach_bringup.bags.mcap_layout import ChunkInfo
 from goalreach_bringup.bags.mcap_scan_file import McapScan
+from goalreach_bringup.bags.mcap_summary import ChunkTotals, tail
 
 __all__ = ['repair_mcap']
 
@@ -68,6 +69,6 @@ def _tail(scan: McapScan, chunks: list[ChunkInfo], position: int, metadata: str)
         position,
         schemas=list(scan.schemas.values()),
         channels=list(scan.channels.values()),
-        chunks=chunks,
+        totals=ChunkTotals.of(chunks),
         metadata=metadata,
     )

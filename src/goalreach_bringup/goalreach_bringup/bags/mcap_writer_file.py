@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from goalreach_bringup.bags.mcap_layout import (
-    ChunkInfo,
     OpenChunk,
     channel_record,
     header_record,
     schema_record,
-    tail,
 )
+from goalreach_bringup.bags.mcap_summary import ChunkTotals, tail
 from goalreach_bringup.bags.room import require_room
 from goalreach_bringup.bags.topic import BagTopic
 from goalreach_bringup.bags.zstandard import compress
@@ -41,7 +40,7 @@ class McapWriter:
         self._position = 0
         self._schemas: dict[str, bytes] = {}
         self._channels: dict[int, bytes] = {}
-        self._chunks: list[ChunkInfo] = []
+        self._totals = ChunkTotals()
         self._chunk = OpenChunk()
         self._append(header_record())
 
@@ -81,11 +80,12 @@ class McapWriter:
         head = chunk.chunk_head(self._compression, len(stored))
         length = len(head) + len(stored)
         summary = sum(map(len, self._schemas.values())) * 2
-        require_room(self._path, length + summary + _SUMMARY_PER_CHUNK * len(self._chunks))
+        room = length + summary + len(self._totals.records) + _SUMMARY_PER_CHUNK
+        require_room(self._path, room)
         offset = self._position
         self._append(head, stored, *chunk.index_records().values())
         sizes = (len(stored), chunk.size)
-        self._chunks.append(chunk.placed(offset, length, self._compression, sizes))
+        self._totals.add(chunk.placed(offset, length, self._compression, sizes))
         self._chunk = OpenChunk()
 
     def drop_pending(self) -> None:
@@ -99,7 +99,7 @@ class McapWriter:
             self._position,
             schemas=list(self._schemas.values()),
             channels=list(self._channels.values()),
-            chunks=self._chunks,
+            totals=self._totals,
             metadata=metadata,
         )
         self._append(data)
