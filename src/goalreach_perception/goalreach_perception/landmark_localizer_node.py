@@ -105,7 +105,12 @@ class LandmarkLocalizerNode(Node):
             self.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
             return
         for line in self._watch.look(
-            image=image, camera=camera, joints=joints, odometry=odometry.pose, output=output
+            time_ns=stamp_ns,
+            image=image,
+            camera=camera,
+            joints=joints,
+            odometry=odometry.pose,
+            output=output,
         ):
             self.get_logger().info(line)
         if self._transforms.active and output.mode == 'tracking':

@@ -28,7 +28,15 @@ _INSIDE_PX = 20.0
 _DARK_FRAMES = 25
 _STOOD_M, _STOOD_RAD = 0.001, 0.002
 _MOVED_M = 0.08
+_JUMP_M = 0.1
+"""More than the robot drives between two images, unless many were lost; chosen."""
 _WINDOW = 12
+_LOSSES = 3
+"""A pose lost so often in a row at one and the same odometry tells of frozen encoders; chosen."""
+
+_QUIET_NS = 1_000_000_000
+_KIND_LENGTH = 12
+"""Lines that begin alike are of one kind."""
 
 
 class SensorWatch:
@@ -50,27 +58,49 @@ class SensorWatch:
         self._strange = 0
         self._frames = 0
         self._lost = 0
+        self._lost_at: list[Pose2] = []
+        self._odometry: Pose2 | None = None
+        self._told_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
 
     def look(
         self,
         *,
+        time_ns: int,
         image: NDArray[np.uint8],
         camera: PinholeCamera,
         joints: HeadAngles,
         odometry: Pose2,
         output: LocalizerOutput,
     ) -> list[str]:
-        """Return what is worth a word, one line each.
+        """Return what is worth a word, one line each; the same kind once in a second.
 
         Args:
+            time_ns: Stamp of the image.
             image: (height, width) mono8.
             camera: The camera that took it.
             joints: Encoder readings.
             odometry: Pose in `odom`.
             output: What the localizer made of it.
         """
-        lines = self._given_up(output)
+        lines = self._lines(image, camera, joints, odometry, output)
+        fresh = []
+        for line in lines:
+            kind = line[:_KIND_LENGTH]
+            if time_ns - self._told_ns.get(kind, -_QUIET_NS) >= _QUIET_NS:
+                self._told_ns[kind] = time_ns
+                fresh.append(line)
+        return fresh
+
+    def _lines(
+        self,
+        image: NDArray[np.uint8],
+        camera: PinholeCamera,
+        joints: HeadAngles,
+        odometry: Pose2,
+        output: LocalizerOutput,
+    ) -> list[str]:
+        lines = self._jumped(odometry) + self._given_up(output, odometry)
         if output.mode != 'tracking':
             self._poses.clear()
             self._unseen = [0] * len(self._leds_m)
@@ -83,9 +113,21 @@ class SensorWatch:
             lines += self._strangers(image, pixels)
         return lines + self._standing(pose, odometry)
 
-    def _given_up(self, output: LocalizerOutput) -> list[str]:
+    def _jumped(self, odometry: Pose2) -> list[str]:
+        last, self._odometry = self._odometry, odometry
+        if last is None:
+            return []
+        moved_m = math.hypot(odometry.x_m - last.x_m, odometry.y_m - last.y_m)
+        return [f'odometry jumped by {moved_m:.2f} m'] if moved_m > _JUMP_M else []
+
+    def _given_up(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
         lost, self._lost = self._lost, output.counters.lost
-        return [f'the pose was given up: {output.reason}'] if self._lost > lost else []
+        if self._lost <= lost:
+            return []
+        self._lost_at = [*self._lost_at[1 - _LOSSES :], odometry]
+        if len(self._lost_at) == _LOSSES and self._lost_at.count(odometry) == _LOSSES:
+            return ['odometry stands still while the LEDs tell of motion']
+        return [f'the pose was given up: {output.reason}']
 
     def _expected(self, pose: Pose2, joints: HeadAngles, camera: PinholeCamera) -> FloatArray:
         centre_m = np.array([pose.x_m, pose.y_m, self._height_m])
@@ -131,7 +173,7 @@ class SensorWatch:
         stood = counted_m < _STOOD_M and abs(turned) < _STOOD_RAD
         if not stood or moved_m < _MOVED_M:
             return []
-        return [f'odometry stands still while the LEDs tell {moved_m:.2f} m of motion']
+        return [f'odometry stands still while the LEDs tell of {moved_m:.2f} m of motion']
 
 
 def _is_near(u_px: float, v_px: float, pixels: FloatArray) -> bool:

@@ -23,6 +23,8 @@ _DRIVING_S: Final = 40.0
 _RECOVER_S: Final = 25.0
 _SETTLED_S: Final = 0.5
 _FAST_M_PER_S: Final = 0.1
+_STARTS: Final = ('0.6,4.5,-90', '2.9,4.6,-100', '1.2,4.7,-70', '2.4,4.4,-80', '1.8,4.7,-110')
+"""Far from the goal and towards the LEDs, so that what is measured is no usual search."""
 
 
 def inject_faults(
@@ -52,7 +54,7 @@ def inject_faults(
         try:
             for kind in kinds:
                 if graph.stack is None:
-                    graph.start()
+                    graph.start(*(word for start in _STARTS for word in ('--start', start)))
                 keep(_one(graph, injector, kind, rng))
         finally:
             graph.close()

@@ -37,6 +37,7 @@ _SLOW_RUNNING_S: Final = 0.1
 _CLEARANCE_M: Final = 0.6
 _WRITES: Final = 400_000
 _ROOM: Final = 1_500_000
+_FULL_S: Final = 3.0
 _ARRAY = Parameter.Type.DOUBLE_ARRAY
 _NODE_ACTS: Final = ('stop', 'slow')
 
@@ -149,7 +150,7 @@ class Injector:
                 written = self._wait_for_bag(bag)
                 limit = written + _ROOM
                 resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
-                self._graph.serve_until(lambda: process.poll() is not None, 2 * _ANSWER_S)
+                self._graph.serve_until(lambda: process.poll() is not None, _FULL_S)
             finally:
                 self._finish(process)
 

@@ -17,7 +17,7 @@ class Backoff:
         window_s: Deaths longer ago than this are forgiven.
     """
 
-    first_delay_s: float = 0.25
+    first_delay_s: float = 0.1
     limit: int = 5
     window_s: float = 60.0
     _deaths_s: list[float] = field(default_factory=list)

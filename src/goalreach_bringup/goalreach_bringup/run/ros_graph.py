@@ -20,6 +20,7 @@ from goalreach_bringup.run.node_process import NodeProcess, stop_all
 from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_bringup.run.ros_monitor import RunMonitor
 from goalreach_bringup.run.ros_pulse import Pulse
+from goalreach_bringup.run.shared_memory_file import remove_abandoned
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['Graph', 'NodeDiedError']
@@ -87,6 +88,7 @@ class Graph:
         """Start the processes and give this process the same ROS environment."""
         self._environment = graph_environment(os.environ, self._directory)
         os.environ.update(self._environment)
+        remove_abandoned()
         self._started_s = time.monotonic()
         write_parameters(self._directory / 'parameters.yaml', self._parameters)
         for name in self._modules:
@@ -171,3 +173,4 @@ class Graph:
         for name in stop_all(list(self._processes.values())):
             self._warn(f'{name}: error: did not end by itself and was killed')
         self._processes.clear()
+        remove_abandoned()

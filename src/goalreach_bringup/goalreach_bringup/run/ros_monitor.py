@@ -59,6 +59,7 @@ class RunMonitor(Node):
         self._mode = mode
         self._on_path = on_path
         self._referee = Referee(starts, policy.regions, first_path=first_path)
+        self._heard: Odometry | None = None
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             self.create_subscription(message_type, topic, self._collector(topic), _DEEP_QOS)
@@ -67,12 +68,20 @@ class RunMonitor(Node):
 
     @property
     def progress(self) -> Progress:
-        """How far the run is."""
-        return self._referee.progress
+        """How far the run is; its clock and place are the last heard, judged or not."""
+        progress = self._referee.progress
+        if self._heard is None:
+            return progress
+        stamp_ns = stamp_from_msg(self._heard.header.stamp)
+        if stamp_ns <= progress.last_ns:
+            return progress
+        return replace(progress, last_ns=stamp_ns, truth=odometry_from_msg(self._heard).pose)
 
     def _collector(self, topic: str) -> Callable[[Any], None]:
         def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
+            if topic == GROUND_TRUTH:
+                self._heard = message
             inputs = self._inputs.add(topic, stamp_ns, message)
             if inputs is not None:
                 self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])

@@ -1,0 +1,79 @@
+"""Starts and stops of the whole stack: who survives its launcher, who disturbs the next start."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from goalreach_bringup.bench.row import BenchRow, Goal
+
+if TYPE_CHECKING:
+    from goalreach_bringup.faults.start_rounds import Round
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = 'Start and stop the stack by SIGINT, SIGTERM and SIGKILL of its launcher, in turn'
+
+_DOMAIN: Final = 15
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the suite's options."""
+    parser.add_argument('--times', type=int, default=12, metavar='N', help='starts and stops')
+    parser.add_argument(
+        '--results',
+        type=Path,
+        metavar='FILE',
+        help='append each round as a JSON line, go on there',
+    )
+
+
+def execute(options: argparse.Namespace) -> list[BenchRow]:
+    """Start, stop, and count.
+
+    Raises:
+        GoalreachError: An option is refused or a file cannot be written.
+    """
+    from goalreach_bringup.faults.start_rounds import run_rounds
+    from goalreach_msgs_py.atomic_file import require_writable
+    from goalreach_msgs_py.errors import ConfigurationError
+
+    if options.times < 1:
+        raise ConfigurationError('--times', options.times, 'a whole number >= 1')
+    rounds: list[Round] = []
+    if options.results is not None:
+        rounds = _read(options.results)
+        require_writable(options.results)
+
+    def keep(one: Round) -> None:
+        rounds.append(one)
+        if options.results is not None:
+            with options.results.open('a', encoding='utf-8') as stream:
+                stream.write(json.dumps(one.to_json()) + '\n')
+
+    rng = np.random.default_rng([options.seed, len(rounds)])
+    left = run_rounds(max(0, options.times - len(rounds)), domain=_DOMAIN, rng=rng, keep=keep)
+    return [
+        _row('processes that survived their launcher', sum(r.survivors for r in rounds), rounds),
+        _row('starts that did not drive a path', sum(not r.drove for r in rounds), rounds),
+        _row('abandoned files in shared memory after the last stop', left, rounds),
+    ]
+
+
+def _read(path: Path) -> list[Round]:
+    from goalreach_bringup.faults.start_rounds import Round
+
+    if not path.exists():
+        return []
+    return [Round(**json.loads(line)) for line in path.read_text(encoding='utf-8').splitlines()]
+
+
+def _row(name: str, ours: float, rounds: list[Round]) -> BenchRow:
+    early = sum(r.early for r in rounds)
+    note = f'{early} of them ended while they came up'
+    goal = Goal(of='ours', relation='<=', bound=0.0)
+    return BenchRow(name=name, unit='', ours=ours, goal=goal, n=len(rounds), note=note)

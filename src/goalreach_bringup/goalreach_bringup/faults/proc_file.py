@@ -1,0 +1,134 @@
+"""What Linux tells of processes: who belongs to a stack, what they hold, where they listen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import ipaddress
+from pathlib import Path
+import re
+import struct
+
+__all__ = ['Holdings', 'Listener', 'holdings_of', 'listeners_of', 'processes_with']
+
+_TCP_LISTEN = '0A'
+_UDP_UNCONNECTED = '07'
+_MB = 1e6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Holdings:
+    """What a process holds.
+
+    Attributes:
+        name: Which of ours it is.
+        memory_mb: Resident memory of its own, without shared memory.
+        threads: Number of threads.
+        handles: Number of open files, sockets and pipes.
+    """
+
+    name: str
+    memory_mb: float
+    threads: int
+    handles: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Listener:
+    """A socket on which something can come in.
+
+    Attributes:
+        protocol: 'tcp', 'tcp6', 'udp' or 'udp6'.
+        address: Local address.
+        port: Local port.
+    """
+
+    protocol: str
+    address: str
+    port: int
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this machine reaches it."""
+        return ipaddress.ip_address(self.address).is_loopback
+
+
+def processes_with(variable: str, value: str) -> list[int]:
+    """Return the processes that were started with a variable of the environment at a value."""
+    wanted = f'{variable}={value}'.encode()
+    return [pid for pid in _all() if wanted in _read(pid, 'environ').split(b'\0')]
+
+
+def _all() -> Iterator[int]:
+    for path in Path('/proc').iterdir():
+        if path.name.isdigit():
+            yield int(path.name)
+
+
+def _read(pid: int, name: str) -> bytes:
+    try:
+        return Path(f'/proc/{pid}/{name}').read_bytes()
+    except OSError:
+        return b''
+
+
+def holdings_of(pid: int) -> Holdings | None:
+    """Return what a process holds, or None where it has ended."""
+    status = dict(re.findall(r'^(\w+):\s+(\d+)', _read(pid, 'status').decode(), re.MULTILINE))
+    try:
+        handles = sum(1 for _ in Path(f'/proc/{pid}/fd').iterdir())
+    except OSError:
+        return None
+    if 'RssAnon' not in status:
+        return None
+    return Holdings(
+        name=_name(_read(pid, 'cmdline').decode(errors='replace').split('\0')),
+        memory_mb=int(status['RssAnon']) * 1024 / _MB,
+        threads=int(status['Threads']),
+        handles=handles,
+    )
+
+
+def _name(words: list[str]) -> str:
+    for word in words:
+        if word.startswith('goalreach_') and word != 'goalreach_bringup.cli':
+            return word.rpartition('.')[2].removesuffix('_node')
+    return 'launcher'
+
+
+def listeners_of(pid: int) -> list[Listener]:
+    """Return the sockets of a process on which something can come in."""
+    inodes = set()
+    for path in Path(f'/proc/{pid}/fd').glob('*'):
+        try:
+            found = re.fullmatch(r'socket:\[(\d+)\]', str(path.readlink()))
+        except OSError:
+            continue
+        if found:
+            inodes.add(found[1])
+    return [
+        listener
+        for protocol in ('tcp', 'tcp6', 'udp', 'udp6')
+        for inode, listener in _sockets(pid, protocol)
+        if inode in inodes
+    ]
+
+
+def _sockets(pid: int, protocol: str) -> Iterator[tuple[str, Listener]]:
+    """Yield inode and address of the sockets of a protocol that wait for others."""
+    waiting = _TCP_LISTEN if protocol.startswith('tcp') else _UDP_UNCONNECTED
+    for line in _read(pid, f'net/{protocol}').decode().splitlines()[1:]:
+        fields = line.split()
+        if fields[3] == waiting:
+            address, _, port = fields[1].partition(':')
+            yield (
+                fields[9],
+                Listener(protocol=protocol, address=_address(address), port=int(port, 16)),
+            )
+
+
+def _address(text: str) -> str:
+    """Return an address of /proc/net: hexadecimal words, each in the order of the machine."""
+    words = [int(text[i : i + 8], 16) for i in range(0, len(text), 8)]
+    packed = b''.join(struct.pack('=I', word) for word in words)
+    return str(ipaddress.ip_address(packed))
