@@ -201,3 +201,19 @@ def test_a_post_hides_an_led() -> None:
     image = simulator.sense().image
     assert (image[:, 300:340] == 10).all()
     assert image.max() > 60
+
+
+def test_an_old_command_keeps_the_watchdog_waiting_for_less() -> None:
+    stopped_m = []
+    for age_s in (0.0, 0.2):
+        simulator = make_simulator()
+        for _ in range(25):
+            simulator.command_drive(twist(0.4, 0.0))
+            simulator.advance()
+        before = simulator.sense().truth.pose
+        simulator.command_drive(twist(0.4, 0.0), age_s)
+        for _ in range(25):
+            simulator.advance()
+        stopped_m.append(before.y_m - simulator.sense().truth.pose.y_m)
+    # 0.4 m/s for 0.5 s, and 0.4^2 / 12.4 to brake; 0.2 s less of the first.
+    assert stopped_m == pytest.approx([0.2129032, 0.1329032], abs=1e-6)

@@ -126,7 +126,8 @@ class Nomad200Node(Node):
             self._complain(CMD_VEL, error)
             return
         if self._is_due(CMD_VEL, message):
-            self._simulator.command_drive(command)
+            age_s = self._guard.age_s(stamp_from_msg(message.header.stamp))
+            self._simulator.command_drive(command, age_s)
             self._note(CMD_VEL)
 
     def _on_head(self, message: JointState) -> None:

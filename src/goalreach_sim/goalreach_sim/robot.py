@@ -105,18 +105,18 @@ class Robot:
         """Let the encoders count from a pose; the robot does not move."""
         self._odometry.define(pose, self.steering.position)
 
-    def feed_watchdog(self) -> None:
-        """Note that a drive command came now."""
-        self._watchdog_left_s = self.watchdog_s
+    def feed_watchdog(self, age_s: float = 0.0) -> None:
+        """Note that a drive command was given, now or some time ago."""
+        self._watchdog_left_s = max(self.watchdog_s - age_s, 0.0)
 
     def stop(self) -> None:
         """Ramp all axes to rest."""
         for axis in (self.translation, self.steering, self.turret):
             axis.go(0.0)
 
-    def drive(self, command: Twist2) -> None:
-        """Take velocities (clipped to the limits) and feed the watchdog."""
-        self.feed_watchdog()
+    def drive(self, command: Twist2, age_s: float = 0.0) -> None:
+        """Take velocities (clipped to the limits) of some age, and feed the watchdog."""
+        self.feed_watchdog(age_s)
         self.translation.go(float(command.linear_m_per_s))
         self.steering.go(float(command.steering_rad_per_s))
 

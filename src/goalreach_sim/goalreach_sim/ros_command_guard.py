@@ -67,5 +67,11 @@ class CommandGuard:
             return False
         return True
 
+    def age_s(self, stamp_ns: int) -> float:
+        """Return how old a command is by the graph's clock; 0 without a stamp."""
+        if stamp_ns == 0 or self._now_ns is None:
+            return 0.0
+        return max(0.0, (self._now_ns - stamp_ns) * 1e-9)
+
     def _complain(self, line: str) -> None:
         self._node.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)

@@ -147,9 +147,9 @@ class Simulator:
             robot.base_yaw_rad = heading_rad - robot.steering.position
         self._faults = faults
 
-    def command_drive(self, command: Twist2) -> None:
-        """Take velocities, clipped to the limits; feeds the watchdog."""
-        self.robot.drive(command)
+    def command_drive(self, command: Twist2, age_s: float = 0.0) -> None:
+        """Take velocities, clipped to the limits; feeds the watchdog, less if they are old."""
+        self.robot.drive(command, age_s)
 
     def command_head(self, target: HeadAngles) -> None:
         """Take targets of the three joints, the turret's relative to base_link as of now.
