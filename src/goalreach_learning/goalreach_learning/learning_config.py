@@ -38,8 +38,9 @@ class LearningConfig:
         maximum=1e3,
     )
     temperature_end: float = parameter(
-        0.05,
-        'Boltzmann temperature of equation (2) in the last trial, in units of reward; chosen',
+        0.01,
+        'Boltzmann temperature of equation (2) in the last trial, in units of reward; chosen: '
+        'with 0.05 the same is learned with four tenths more actions',
         minimum=1e-3,
         maximum=1e3,
     )

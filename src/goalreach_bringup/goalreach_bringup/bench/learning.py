@@ -27,6 +27,8 @@ _VARIATIONS = (
     {'alpha': 0.8},
     {'gamma': 0.5},
     {'gamma': 0.95},
+    {'temperature_start': 0.3},
+    {'temperature_end': 0.05},
     {'temperature_start': 0.1, 'temperature_end': 0.1},
     {'temperature_start': 1.0, 'temperature_end': 1.0},
     {'start_jitter_m': 0.0, 'overshoot_m': 0.0},
