@@ -12,7 +12,7 @@ from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth, points_in_ca
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.detection import SpotDetector
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 
 __all__ = ['SensorWatch']
 
@@ -57,7 +57,7 @@ class SensorWatch:
         self._unseen = [0] * len(self._leds_m)
         self._strange = 0
         self._frames = 0
-        self._lost = 0
+        self._counters = LocalizerCounters()
         self._lost_at: list[Pose2] = []
         self._odometry: Pose2 | None = None
         self._told_ns: dict[str, int] = {}
@@ -121,9 +121,11 @@ class SensorWatch:
         return [f'odometry jumped by {moved_m:.2f} m'] if moved_m > _JUMP_M else []
 
     def _given_up(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
-        lost, self._lost = self._lost, output.counters.lost
-        if self._lost <= lost:
-            return []
+        counters, before = output.counters, self._counters
+        self._counters = counters
+        if counters.lost <= before.lost:
+            anew = counters.acquired > before.acquired > before.lost
+            return ['the pose was given up for another that fits the image'] if anew else []
         self._lost_at = [*self._lost_at[1 - _LOSSES :], odometry]
         if len(self._lost_at) == _LOSSES and self._lost_at.count(odometry) == _LOSSES:
             return ['odometry stands still while the LEDs tell of motion']

@@ -24,8 +24,8 @@ __all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Inject faults into a live stack: what should come of each, what does, time to recover'
 
-_FIRST_DOMAIN: Final = 10
 _RECOVERY_S: Final = 3.0
+_STOP_S: Final = 0.6
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +35,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         '--kinds', default='', metavar='WORDS', help='only kinds with one of these words, by comma'
     )
     add('--times', type=int, default=2, metavar='N', help='random moments of each kind')
+    add(
+        '--stops',
+        type=int,
+        default=4,
+        metavar='N',
+        help='controllers and localizers killed or stopped at full speed',
+    )
     add('--speed', type=float, default=1.0, metavar='F', help='times real time')
     add('--jobs', type=int, default=1, metavar='N', help='stacks at a time')
     add('--results', type=Path, metavar='DIR', help='keep verdicts there, and go on from them')
@@ -53,7 +60,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     from goalreach_msgs_py.atomic_file import require_writable, write_text_atomically
     from goalreach_msgs_py.errors import ConfigurationError
 
-    for name, least in (('times', 1), ('jobs', 1), ('speed', 0.1)):
+    for name, least in (('times', 0), ('stops', 0), ('jobs', 1), ('speed', 0.1)):
         if not getattr(options, name) >= least:
             raise ConfigurationError(f'--{name}', getattr(options, name), f'at least {least}')
     kinds = choose_kinds(options.kinds)
@@ -62,17 +69,21 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         results = options.results or Path(folder)
         _inject(options, kinds, results)
+        stops = _stop(options, results)
         chosen = {kind.name for kind in kinds}
         verdicts = [v for v in read_verdicts(results) if v.kind in chosen]
     summaries = summarise_kinds(verdicts)
     if options.out is not None:
         command = f'goalreach bench faults --times {options.times} --seed {options.seed}'
         write_text_atomically(options.out, fault_document(summaries, command))
-    return [*(_kind_row(one) for one in summaries), *_total_rows(verdicts, summaries)]
+    rows = [*(_kind_row(one) for one in summaries)]
+    rows += _total_rows(verdicts, summaries) if verdicts else []
+    return [*rows, *_stop_rows(stops)]
 
 
 def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Path) -> None:
     from goalreach_bringup.faults.results_file import read_verdicts
+    from goalreach_bringup.run.domain_lock_file import free_domains
 
     done = [verdict.kind for verdict in read_verdicts(results)]
     missing = [k for k in kinds for _ in range(options.times - done.count(k.name))]
@@ -81,21 +92,59 @@ def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Pa
     parts = [order[job :: options.jobs] for job in range(options.jobs)]
     work = partial(_work, results=results, speed=options.speed)
     seeds = [int(word) for word in rng.integers(2**31, size=options.jobs)]
+    domains = free_domains(options.jobs)
     if options.jobs == 1:
-        work(parts[0], 0, seeds[0])
+        work(parts[0], domains[0], seeds[0])
         return
     context = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(max_workers=options.jobs, mp_context=context) as pool:
-        list(pool.map(work, parts, range(options.jobs), seeds))
+        list(pool.map(work, parts, domains, seeds))
 
 
-def _work(kinds: Sequence[FaultKind], job: int, seed: int, *, results: Path, speed: float) -> None:
+def _work(
+    kinds: Sequence[FaultKind], domain: int, seed: int, *, results: Path, speed: float
+) -> None:
     from goalreach_bringup.faults.results_file import VerdictFile
     from goalreach_bringup.faults.ros_campaign import inject_faults
 
-    file = VerdictFile(results / f'faults-{job}.jsonl')
+    file = VerdictFile(results / f'faults-{domain}.jsonl')
     if kinds:
-        inject_faults(kinds, domain=_FIRST_DOMAIN + job, speed=speed, seed=seed, keep=file.add)
+        inject_faults(kinds, domain=domain, speed=speed, seed=seed, keep=file.add)
+
+
+def _stop(options: argparse.Namespace, results: Path) -> list[float]:
+    """Return the time to stand after each dead part, measuring those not there yet."""
+    from goalreach_bringup.faults.results_file import append_line, read_lines
+    from goalreach_bringup.faults.ros_stops import measure_stops
+    from goalreach_bringup.run.domain_lock_file import free_domains
+
+    path = results / 'stops.jsonl'
+    done = len(read_lines(path))
+    if done < options.stops:
+        measure_stops(
+            options.stops - done,
+            domain=free_domains(1)[0],
+            speed=options.speed,
+            seed=options.seed + done,
+            keep=lambda part, taken_s: append_line(path, {'part': part, 'taken_s': taken_s}),
+        )
+    return [float(line['taken_s']) for line in read_lines(path)]
+
+
+def _stop_rows(taken_s: Sequence[float]) -> list[BenchRow]:
+    if not taken_s:
+        return []
+    late = sum(one > _STOP_S for one in taken_s)
+    return [
+        BenchRow(
+            name='dead controller or localizer: robot not at rest within 0.6 s',
+            unit='',
+            ours=late,
+            goal=Goal(of='ours', relation='<=', bound=0.0),
+            n=len(taken_s),
+            note=f'median {np.median(taken_s):.2f} s, longest {max(taken_s):.2f} s',
+        )
+    ]
 
 
 def _kind_row(one: KindSummary) -> BenchRow:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
 __all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Start and stop the stack by SIGINT, SIGTERM and SIGKILL of its launcher, in turn'
-
-_DOMAIN: Final = 15
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +35,9 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused or a file cannot be written.
     """
-    from goalreach_bringup.faults.start_rounds import run_rounds
+    from goalreach_bringup.faults.results_file import append_line, read_lines
+    from goalreach_bringup.faults.start_rounds import Round, run_rounds
+    from goalreach_bringup.run.domain_lock_file import free_domains
     from goalreach_msgs_py.atomic_file import require_writable
     from goalreach_msgs_py.errors import ConfigurationError
 
@@ -46,30 +45,23 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
         raise ConfigurationError('--times', options.times, 'a whole number >= 1')
     rounds: list[Round] = []
     if options.results is not None:
-        rounds = _read(options.results)
+        rounds = [Round(**line) for line in read_lines(options.results)]
         require_writable(options.results)
 
     def keep(one: Round) -> None:
         rounds.append(one)
         if options.results is not None:
-            with options.results.open('a', encoding='utf-8') as stream:
-                stream.write(json.dumps(one.to_json()) + '\n')
+            append_line(options.results, one.to_json())
 
     rng = np.random.default_rng([options.seed, len(rounds)])
-    left = run_rounds(max(0, options.times - len(rounds)), domain=_DOMAIN, rng=rng, keep=keep)
+    left = run_rounds(
+        max(0, options.times - len(rounds)), domain=free_domains(1)[0], rng=rng, keep=keep
+    )
     return [
         _row('processes that survived their launcher', sum(r.survivors for r in rounds), rounds),
         _row('starts that did not drive a path', sum(not r.drove for r in rounds), rounds),
         _row('abandoned files in shared memory after the last stop', left, rounds),
     ]
-
-
-def _read(path: Path) -> list[Round]:
-    from goalreach_bringup.faults.start_rounds import Round
-
-    if not path.exists():
-        return []
-    return [Round(**json.loads(line)) for line in path.read_text(encoding='utf-8').splitlines()]
 
 
 def _row(name: str, ours: float, rounds: list[Round]) -> BenchRow:

@@ -59,6 +59,11 @@ class Record:
 
     Args:
         arena: Where the robot drives.
+
+    Attributes:
+        clock_ns: The last tick of the graph's clock.
+        sent_ns: When ticks were sent, by the system's clock, where that is known.
+        lines: What nodes and launcher said since the beginning.
     """
 
     def __init__(self, arena: Arena) -> None:
@@ -70,6 +75,7 @@ class Record:
         self._good_ns = self._command_ns = self._sound_ns = 0
         self._moving = False
         self.clock_ns = 0
+        self.sent_ns: dict[int, int] = {}
         self.lines: deque[str] = deque(maxlen=_KEPT)
         self.begin()
 
@@ -84,6 +90,14 @@ class Record:
         """Look for sound driving from now on: the fault is over."""
         self._healthy = 0
         self.healthy_since_ns = None
+
+    def clock_at(self, wall_ns: int) -> int:
+        """Return the graph's clock at a moment of the past: the last tick sent by then.
+
+        Args:
+            wall_ns: The moment by the system's clock, nanoseconds.
+        """
+        return max((s for s, sent_ns in self.sent_ns.items() if sent_ns <= wall_ns), default=0)
 
     @property
     def clock_s(self) -> float:
@@ -103,7 +117,9 @@ class Record:
             self._order.append(stamp_ns)
         self._truth[stamp_ns] = truth
         if len(self._order) > _KEPT:
-            del self._truth[self._order.popleft()]
+            oldest_ns = self._order.popleft()
+            del self._truth[oldest_ns]
+            self.sent_ns.pop(oldest_ns, None)
         touching = self._touches(truth)
         self.bumps += touching and not self._touching
         self._touching = touching

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
@@ -53,12 +54,13 @@ class BenchGraph:
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self.node = Node('fault_gate', context=self._context, enable_rosout=False)
-        self._executor = EventsExecutor(context=self._context)
+        executor = EventsExecutor if gates else SingleThreadedExecutor
+        self._executor = executor(context=self._context)
         self._executor.add_node(self.node)
         self.record = Record(Arena())
         rng = np.random.default_rng(seed)
         self.gates = Gates(self.node, speed=speed, rng=rng) if gates else None
-        watch_robot(self.node, self.record)
+        watch_robot(self.node, self.record, gated=gates)
         self.stack: Stack | None = None
 
     @property

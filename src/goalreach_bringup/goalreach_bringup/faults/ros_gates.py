@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 import heapq
 import itertools
 import time
@@ -105,11 +105,21 @@ class Gates:
             outlet.publish(message)
 
 
-def watch_robot(node: Node, record: Record) -> None:
-    """Let a record see truth, state, commands and what the nodes report."""
+def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
+    """Let a record see truth, state, commands and what the nodes report.
+
+    Args:
+        node: The node that looks.
+        record: What is to see it.
+        gated: Whether commands pass a gate before they reach the robot.
+    """
 
     def on_truth(message: Odometry) -> None:
         record.truth(stamp_from_msg(message.header.stamp), odometry_from_msg(message))
+
+    def on_dated_truth(message: Odometry, info: Mapping[str, int]) -> None:
+        record.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
+        on_truth(message)
 
     def on_state(message: DiagnosticArray) -> None:
         record.state(stamp_from_msg(message.header.stamp), state_from_msg(message))
@@ -130,8 +140,9 @@ def watch_robot(node: Node, record: Record) -> None:
                 record.lines.append(f'{status.name}: {status.message} ({values})')
 
     create = node.create_subscription
-    create(Odometry, GROUND_TRUTH, on_truth, _DEEP_QOS)
+    # EventsExecutor, which gates need for their speed, knows no message info.
+    create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
     create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
-    create(TwistStamped, PREFIX + CMD_VEL, on_command, _DEEP_QOS)
+    create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
     create(Log, '/rosout', on_log, _DEEP_QOS)
     create(DiagnosticArray, DIAGNOSTICS, on_diagnostics, _DEEP_QOS)

@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 from typing import Any, Final
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import PolygonStamped, TwistStamped
 import numpy as np
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -23,11 +23,11 @@ from goalreach_bringup.faults.ros_bench_graph import BenchGraph
 from goalreach_bringup.faults.ros_gates import PREFIX
 from goalreach_bringup.faults.stack import goalreach_command
 from goalreach_bringup.run.plan import ROBOT, random_starts
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
-from goalreach_msgs_py.topics import CMD_VEL, PAUSE_SERVICE, RESET_SERVICE
+from goalreach_msgs_py.topics import CMD_VEL, LANDMARKS, PAUSE_SERVICE, RESET_SERVICE
 
 __all__ = ['Injector']
 
@@ -59,6 +59,12 @@ class Injector:
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
         self._stranger = graph.add_node('stranger')
+        self._seen: list[int] = []
+        node.create_subscription(PolygonStamped, LANDMARKS, self._on_landmarks, RELIABLE_QOS)
+
+    def _on_landmarks(self, message: PolygonStamped) -> None:
+        points = message.polygon.points
+        self._seen = [led for led, point in enumerate(points) if not math.isnan(point.x)]
 
     def inject(self, kind: FaultKind) -> None:
         """Do a fault, let it last, and end it.
@@ -104,15 +110,18 @@ class Injector:
         self._set(kind.target, value=False)
 
     def _dark(self, kind: FaultKind) -> None:
-        dark = self._rng.permutation(3)[: round(kind.amount)]
+        every = range(len(DEFAULT_LANDMARKS_M))
+        dark = every if kind.amount > 1 else [self._rng.choice(self._seen or every)]
         self._set('faults.dark_leds', _ARRAY, [float(number) for number in dark])
         self._last(kind)
         self._set('faults.dark_leds', _ARRAY, [])
 
     def _light(self, kind: FaultKind) -> None:
-        x_m = self._rng.uniform(0.3, 3.2)
-        z_m = self._rng.uniform(1.2, 2.0)
-        self._set('faults.extra_light_m', _ARRAY, [x_m, 0.0, z_m])
+        """Let a light shine between the LEDs that are seen."""
+        seen = [DEFAULT_LANDMARKS_M[led] for led in self._seen] or DEFAULT_LANDMARKS_M
+        x_m, y_m, z_m = np.mean(seen, axis=0).tolist()
+        across_m, up_m = self._rng.uniform(-0.15, 0.15, size=2).tolist()
+        self._set('faults.extra_light_m', _ARRAY, [x_m + across_m, y_m, z_m + up_m])
         self._last(kind)
         self._set('faults.extra_light_m', _ARRAY, [])
 
@@ -181,11 +190,9 @@ class Injector:
         """End a process, and note what it said."""
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
-        try:
-            text = process.communicate(timeout=_ANSWER_S)[0]
-        except subprocess.TimeoutExpired:
+        if not self._graph.serve_until(lambda: process.poll() is not None, _ANSWER_S):
             process.kill()
-            text = process.communicate()[0]
+        text = process.communicate()[0]
         self._graph.record.lines.extend(text.splitlines())
 
     def _second(self, kind: FaultKind) -> None:

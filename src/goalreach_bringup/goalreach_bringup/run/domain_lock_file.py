@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+import contextlib
 from contextlib import contextmanager
 import fcntl
 import os
@@ -12,7 +13,7 @@ from typing import IO
 
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['domain_lock']
+__all__ = ['domain_lock', 'free_domains']
 
 
 class DomainTakenError(GoalreachError):
@@ -27,8 +28,7 @@ def domain_lock() -> Iterator[None]:
         GoalreachError: Another stack of this person holds it.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    path = Path(tempfile.gettempdir()) / f'goalreach-{os.getuid()}-domain-{domain}.lock'
-    with _open(path) as stream:
+    with _open(domain) as stream:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -45,7 +45,20 @@ def domain_lock() -> Iterator[None]:
         yield
 
 
-def _open(path: Path) -> IO[str]:
+def free_domains(count: int, first: int = 10) -> list[int]:
+    """Return domains, from the first on, in which no stack of this person runs now."""
+    found: list[int] = []
+    domain = first
+    while len(found) < count:
+        with _open(str(domain)) as stream, contextlib.suppress(BlockingIOError):
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            found.append(domain)
+        domain += 1
+    return found
+
+
+def _open(domain: str) -> IO[str]:
+    path = Path(tempfile.gettempdir()) / f'goalreach-{os.getuid()}-domain-{domain}.lock'
     try:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     except OSError as error:
