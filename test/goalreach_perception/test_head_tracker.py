@@ -56,6 +56,20 @@ def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
     assert command.pan_rad == pytest.approx(-0.45 + 0.05)
 
 
+def test_leds_to_hold_are_centred_though_a_wider_pair_would_fit() -> None:
+    offsets = np.array([[2.0, 0.9, 0.0], [2.0, 0.1, 0.0], [2.0, -0.9, 0.0]])
+    command = HeadTracker(HeadConfig()).track(
+        REST,
+        heading_rad=0.0,
+        offsets_m=offsets,
+        biases_rad=(0.0, 0.0),
+        lens=LENS,
+        hold=(0, 1),
+    )
+    # Half way between 24.2 and 2.9 deg in the plane of the image: atan((0.45 + 0.05) / 2).
+    assert command.turret_rad == pytest.approx(math.atan2(0.5, 2.0), abs=0.01)
+
+
 @given(st.floats(0.3, 3.2), st.floats(2.2, 4.8))
 @settings(max_examples=60)
 def test_all_three_are_in_the_image_beyond_the_near_part_of_the_arena(

@@ -74,7 +74,7 @@ def test_three_seconds_without_any_led_end_a_pose() -> None:
 
 def test_a_pair_is_confirmed_by_three_images() -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(2)
+    watch.start((0, 2))
     for used in (2, 1, 2):
         watch.judge(used, 2)
         assert watch.mode is Mode.CONFIRMING
@@ -84,7 +84,7 @@ def test_a_pair_is_confirmed_by_three_images() -> None:
 
 def test_three_lights_must_be_seen_once_more() -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(3)
+    watch.start((0, 1, 2))
     modes = []
     for used in (2, 2, 3):
         watch.judge(used, 3)
@@ -94,7 +94,7 @@ def test_three_lights_must_be_seen_once_more() -> None:
 
 def test_two_of_three_lights_are_not_enough_for_ever() -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(3)
+    watch.start((0, 1, 2))
     for _ in range(8):
         watch.judge(2, 3)
     assert watch.mode is Mode.SEARCHING
@@ -103,7 +103,7 @@ def test_two_of_three_lights_are_not_enough_for_ever() -> None:
 @pytest.mark.parametrize(('used', 'expected'), [(0, 2), (0, 0), (1, 3)])
 def test_a_pair_that_is_not_borne_out_is_dropped(used: int, expected: int) -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(2)
+    watch.start((0, 2))
     watch.judge(used, expected)
     assert watch.mode is Mode.SEARCHING
 
@@ -125,9 +125,18 @@ def test_one_agreement_clears_a_contradiction() -> None:
 
 def test_a_pair_is_not_confirmed_by_images_that_lack_an_expected_led() -> None:
     watch = PoseWatch(WatchConfig())
-    watch.start(2)
+    watch.start((0, 2))
     for _ in range(7):
         watch.judge(2, 3)
         assert watch.mode is Mode.CONFIRMING
     watch.judge(2, 3)
     assert (watch.mode, watch.reason) == (Mode.SEARCHING, 'a new pose was not confirmed')
+
+
+def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
+    watch = PoseWatch(WatchConfig())
+    watch.start((0, 2))
+    assert watch.to_see == (0, 2)
+    for _ in range(3):
+        watch.judge(2, 2)
+    assert watch.to_see == ()

@@ -15,14 +15,16 @@ class FilterConfig:
     """Process noise and gates of the filter."""
 
     slip_m_per_sqrt_m: float = parameter(
-        0.001,
-        'Random part of the odometry, m per square root of a metre (1 sigma; chosen)',
+        0.0002,
+        'Random part of the odometry, m per square root of a metre (1 sigma; chosen: small beside '
+        'the errors of scale and drift, which are states; with five times as much the covariance '
+        'was a tenth too large)',
         minimum=0.0,
         maximum=1.0,
     )
     heading_walk_rad_per_sqrt_m: float = parameter(
-        deg(0.02),
-        'Random part of the heading, rad per square root of a metre (1 sigma; chosen)',
+        deg(0.004),
+        'Random part of the heading, rad per square root of a metre (1 sigma; chosen as above)',
         minimum=0.0,
         maximum=1.0,
     )

@@ -56,6 +56,7 @@ class HeadTracker:
         offsets_m: FloatArray,
         biases_rad: tuple[float, float],
         lens: Lens,
+        hold: tuple[int, ...] = (),
     ) -> HeadAngles:
         """Return joint targets that keep the landmarks in view one image later.
 
@@ -65,9 +66,11 @@ class HeadTracker:
             offsets_m: (n, 3) believed LED minus optical centre in `map`.
             biases_rad: Believed pan and tilt bias.
             lens: The lens.
+            hold: LEDs to centre, whether or not others would fit better; empty for the best set.
         """
         self._search.reset()
-        azimuth, tilt = self.aim_at(offsets_m.tolist(), lens)
+        places_m = offsets_m.tolist()
+        azimuth, tilt = self._centred(places_m, hold) if hold else self.aim_at(places_m, lens)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -100,6 +103,14 @@ class HeadTracker:
                 return azimuth, tilt
         self._aim = ()
         return best or (0.0, 0.0)
+
+    def _centred(
+        self, offsets_m: Sequence[Sequence[float]], leds: tuple[int, ...]
+    ) -> tuple[float, float]:
+        """Return azimuth and tilt that centre some LEDs."""
+        self._aim = leds
+        azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
+        return self._centre(offsets_m, azimuths, leds)[:2]
 
     def _ordered(self, azimuths: Sequence[float]) -> Iterator[tuple[int, ...]]:
         """Yield sets of LEDs, the most wanted first: all, pairs from wide to narrow, single."""

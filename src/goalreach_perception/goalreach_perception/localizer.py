@@ -108,9 +108,8 @@ class LandmarkLocalizer:
             self._optics = Optics(camera)
         self._counts['frames'] += 1
         self._move(time_ns, odometry)
-        seen: SeenLeds | None = None
-        if self._watch.mode is not Mode.SEARCHING:
-            seen = self._follow(image, joints, self._optics)
+        searching = self._watch.mode is Mode.SEARCHING
+        seen = None if searching else self._follow(image, joints, self._optics)
         if self._watch.mode in (Mode.SEARCHING, Mode.DOUBTFUL):
             seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
@@ -162,13 +161,15 @@ class LandmarkLocalizer:
             window_half_px=self._config.detection.window_half_px,
         )
         used = correct_by(self._filter, prediction, seen)
-        if used is not None:
-            self._counts['corrections'] += 1
+        self._counts['corrections'] += used is not None
         self._counts['gated'] += used is None and len(seen.leds) > 0
+        believed = self._watch.mode is not Mode.CONFIRMING
         self._watch.judge(0 if used is None else len(used.leds), seen.expected)
         if self._watch.mode is Mode.SEARCHING:
             self._counts['lost'] += 1
             self._filter.forget(math.inf)
+            if believed:
+                self._acquisition.clear()
         elif used is not None and len(used.leds) >= _TRIPLE and self._watch.check_due():
             self._check(used, joints, optics)
         return seen if used is None else used
@@ -194,26 +195,24 @@ class LandmarkLocalizer:
             if fix is None or len(fix.leds) < _TRIPLE:
                 return None
         elif fix is None:
-            around = self._acquisition.from_panorama(lights, joints, odometry, optics)
-            if around is not None:
+            if around := self._acquisition.from_panorama(lights, joints, odometry, optics):
                 self._start(*around, leds=None)
             return None
         seen = lights.named(fix.spots.tolist(), fix.leds)
         self._restart(fix, seen, joints, optics)
         return seen
 
-    def _start(self, pose: Pose2, covariance: FloatArray, *, leds: int | None) -> None:
+    def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
         """Start the filter at a pose."""
         self._filter.start(pose, covariance)
         self._counts['acquired'] += 1
         self._watch.start(leds)
-        self._acquisition.clear()
 
     def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
-        self._start(pose, _START_COVARIANCE, leds=len(seen.leds))
+        self._start(pose, _START_COVARIANCE, leds=seen.leds.tolist())
         prediction = self._filter.expect(optics.lens, joints, solved=True)
         self._filter.correct(prediction, *seen.measured)
 
@@ -239,6 +238,7 @@ class LandmarkLocalizer:
                 offsets_m=state.led_offsets_m,
                 biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
                 lens=optics.lens,
+                hold=self._watch.to_see,
             )
         return LocalizerOutput(
             estimate=estimate,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import enum
 
@@ -88,27 +89,33 @@ class PoseWatch:
         self.reason = 'no fix yet'
         self._misses = 0
         self._unseen = 0
-        self._confirmations = self._to_confirm = self._to_see = self._patience = 0
+        self._confirmations = self._to_confirm = self._patience = 0
+        self._leds: tuple[int, ...] = ()
         self._contradictions = self._checked = 0
 
-    def start(self, leds: int | None) -> None:
+    @property
+    def to_see(self) -> tuple[int, ...]:
+        """The LEDs that must be seen again for a new pose to be believed; else empty."""
+        return self._leds if self.mode is Mode.CONFIRMING else ()
+
+    def start(self, leds: Sequence[int] | None) -> None:
         """Take note of a new pose.
 
         Args:
-            leds: How many lights of one image it came from; as many must be seen again for it to
-                be believed. None for a pose that is sure.
+            leds: Which LEDs of one image it came from; as many must be seen again for it to be
+                believed. None for a pose that is sure.
         """
         self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
         pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
-        self._to_see = leds or 0
-        self._to_confirm = 0 if leds is None else (pair if leds <= _PAIR else triple)
+        self._leds = tuple(leds or ())
+        self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
         self._patience = self._config.confirm_within_frames
         if self._to_confirm == 0:
             self.mode, self.reason = Mode.TRACKING, ''
         else:
             self.mode = Mode.CONFIRMING
-            self.reason = f'a pose from {leds} lights waits for confirmation'
+            self.reason = f'a pose from {len(self._leds)} lights waits for confirmation'
 
     def lose(self, reason: str) -> None:
         """Give the pose up."""
@@ -142,8 +149,8 @@ class PoseWatch:
 
     def _confirm(self, used: int, *, bad: bool, expected: int) -> None:
         """Count an image for a new pose; one that lacks an LED bears no pose from a pair out."""
-        complete = self._to_see > _PAIR or used >= expected
-        self._confirmations += used >= self._to_see and complete
+        complete = len(self._leds) > _PAIR or used >= expected
+        self._confirmations += used >= len(self._leds) and complete
         self._patience -= 1
         if self._confirmations >= self._to_confirm:
             self.mode, self.reason = Mode.TRACKING, ''

@@ -24,8 +24,9 @@ class DetectionConfig:
     )
     centroid_sigma_px: float = parameter(
         0.025,
-        'Error of a bright spot per axis, px (1 sigma): sampling and saturation (measured on '
-        'rendered spots: 0.008 to 0.017)',
+        'Error of a bright spot per axis, px (1 sigma): sampling and saturation (measured while '
+        'driving: 0.008 to 0.010; chosen larger, since it repeats from image to image: with 0.010 '
+        'a filter that calibrates itself is overconfident after ten minutes)',
         minimum=0.001,
         maximum=5.0,
     )
