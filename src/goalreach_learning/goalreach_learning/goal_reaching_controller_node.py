@@ -30,7 +30,7 @@ from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
+from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_sensor_messages import bumpers_from_msg
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
@@ -71,7 +71,7 @@ class GoalReachingControllerNode(Node):
         self._diagnostics = Diagnostics(self)
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
-        self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, RELIABLE_QOS)
+        self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, DEEP_QOS)
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
         self._q_table.publish(q_table_to_msg(self._controller.policy.q))

@@ -13,7 +13,7 @@ from goalreach_msgs_py.ros_estimate_messages import estimate_from_msg, state_to_
 from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
@@ -38,7 +38,7 @@ class StateEstimatorNode(Node):
         self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
         self._outbox = Outbox()
         self._diagnostics = Diagnostics(self)
-        self._state = self.create_publisher(DiagnosticArray, STATE, RELIABLE_QOS)
+        self._state = self.create_publisher(DiagnosticArray, STATE, DEEP_QOS)
         self._reporter = InputReporter(self, [CLOCK, POSE])
         self._clock_ns: int | None = None
         self._period_ns = 0

@@ -9,7 +9,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
 from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_node import Outbox
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_sensor_messages import (
     bumpers_to_msg,
     camera_to_msg,
@@ -63,7 +63,7 @@ class FramePublisher:
         self._odom = node.create_publisher(Odometry, ODOM, RELIABLE_QOS)
         self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
         self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
-        self._truth = node.create_publisher(Odometry, GROUND_TRUTH, RELIABLE_QOS)
+        self._truth = node.create_publisher(Odometry, GROUND_TRUTH, DEEP_QOS)
         self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:

@@ -80,3 +80,31 @@ def test_it_does_not_matter_when_an_outcome_arrives() -> None:
                 results += referee.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP)
         lengths.add(tuple(round(r.length_m, 9) for r in results))
     assert lengths == {(0.5, 0.5)}
+
+
+def test_a_lost_last_tick_is_made_up_for_by_the_next() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not referee.add_tick(each)
+    assert not referee.add_outcome(3, 0, PathOutcome.GOAL)
+    assert referee.waits
+    (result,) = referee.add_tick(tick(4, 0.5, 3.0))
+    assert result.outcome == 'goal'
+    assert not referee.waits
+
+
+def test_silence_settles_what_waits_for_a_tick() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not referee.add_tick(each)
+    assert not referee.add_outcome(3, 0, PathOutcome.BUMP)
+    (result,) = referee.settle()
+    assert result.outcome == 'bump'
+    assert referee.settle() == []
+
+
+def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_tick(tick(5, 1.7, 0.5))
+    (result,) = referee.add_outcome(5, 0, PathOutcome.TIMEOUT)
+    assert (result.outcome, result.length_m) == ('timeout', 0.0)

@@ -72,6 +72,11 @@ class Referee:
         self._truth: Pose2 | None = None
 
     @property
+    def waits(self) -> bool:
+        """Whether an outcome waits for the tick of its stamp."""
+        return self._path in self._outcomes
+
+    @property
     def progress(self) -> Progress:
         """How far the run is."""
         return Progress(
@@ -94,24 +99,40 @@ class Referee:
         self._outcomes[path] = (time_ns, outcome)
         return self._judge()
 
-    def _judge(self) -> list[PathResult]:
-        """Close the running path when both its outcome and the tick of that stamp are there."""
+    def settle(self) -> list[PathResult]:
+        """Return the paths whose outcome is known and whose last ticks will not come any more."""
+        return self._judge(settled=True)
+
+    def _judge(self, *, settled: bool = False) -> list[PathResult]:
+        """Close the running path when its outcome is there, and the tick of that stamp or a later.
+
+        On an overloaded machine ticks are lost on their way here; then the nearest one counts.
+        """
         results: list[PathResult] = []
-        while self._path in self._outcomes and self._outcomes[self._path][0] in self._ticks:
-            end_ns, outcome = self._outcomes.pop(self._path)
+        while self._path in self._outcomes:
+            end_ns, outcome = self._outcomes[self._path]
+            if self.last_ns < end_ns and not settled:
+                break
+            del self._outcomes[self._path]
+            truth = self._truth
             for stamp_ns in sorted(self._ticks):
                 if stamp_ns <= end_ns:
                     last = self._ticks.pop(stamp_ns)
+                    truth = last.truth
                     self._measure(last)
-            goal = self._regions.region_at(last.truth.x_m, last.truth.y_m) == self._regions.goal
-            if self._meter is not None:
-                results.append(self._meter.finish(outcome, in_goal=goal))
+            if truth is not None:
+                in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
+                meter = self._meter or PathMeter(self._start(truth))
+                results.append(meter.finish(outcome, in_goal=in_goal))
             self._path, self._meter = self._path + 1, None
         return results
 
+    def _start(self, truth: Pose2) -> Pose2:
+        return self._starts[self._path % len(self._starts)] if self._starts else truth
+
     def _measure(self, tick: Tick) -> None:
         if self._meter is None:
-            start = self._starts[self._path % len(self._starts)] if self._starts else tick.truth
+            start = self._start(tick.truth)
             away_m = math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m)
             if away_m > _PLACED_M:
                 return

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 import numpy as np
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64MultiArray
 
 from goalreach_bringup.path_metrics import PathResult
@@ -20,7 +21,7 @@ from goalreach_learning.policy import Policy
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
 from goalreach_msgs_py.ros_estimate_messages import state_from_msg
 from goalreach_msgs_py.ros_learning_messages import q_table_from_msg, transition_from_msg
-from goalreach_msgs_py.ros_qos import LATCHED_QOS
+from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS
 from goalreach_msgs_py.ros_sensor_messages import odometry_from_msg
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import GROUND_TRUTH, Q_TABLE, STATE, TRANSITION
@@ -28,7 +29,8 @@ from goalreach_msgs_py.values import Confidence, Pose2
 
 __all__ = ['RunMonitor']
 
-_DEEP_QOS = QoSProfile(depth=200)
+_SETTLED_S = 1.0
+"""An outcome whose tick has not come after so long a silence is judged without it. Chosen."""
 
 
 class RunMonitor(Node):
@@ -60,11 +62,14 @@ class RunMonitor(Node):
         self._on_path = on_path
         self._referee = Referee(starts, policy.regions, first_path=first_path)
         self._heard: Odometry | None = None
+        self._heard_s = time.monotonic()
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
-            self.create_subscription(message_type, topic, self._collector(topic), _DEEP_QOS)
-        self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, _DEEP_QOS)
+            self.create_subscription(message_type, topic, self._collector(topic), DEEP_QOS)
+        self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_SETTLED_S, self._settle, clock=steady)
 
     @property
     def progress(self) -> Progress:
@@ -80,6 +85,7 @@ class RunMonitor(Node):
     def _collector(self, topic: str) -> Callable[[Any], None]:
         def collect(message: Any) -> None:
             stamp_ns = stamp_from_msg(message.header.stamp)
+            self._heard_s = time.monotonic()
             if topic == GROUND_TRUTH:
                 self._heard = message
             inputs = self._inputs.add(topic, stamp_ns, message)
@@ -110,6 +116,12 @@ class RunMonitor(Node):
         stamp_ns = stamp_from_msg(message.header.stamp)
         for result in self._referee.add_outcome(stamp_ns, transition.path, transition.outcome):
             self._on_path(result)
+
+    def _settle(self) -> None:
+        """Judge what waits for ticks that were lost: after the last path none come any more."""
+        if self._referee.waits and time.monotonic() - self._heard_s > _SETTLED_S:
+            for result in self._referee.settle():
+                self._on_path(result)
 
     def _on_q_table(self, message: Float64MultiArray) -> None:
         q = q_table_from_msg(message)
