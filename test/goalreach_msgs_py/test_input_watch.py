@@ -41,9 +41,9 @@ def test_stamps_that_do_not_belong_together_are_told() -> None:
     watch = InputWatch(['a', 'b'])
     watch.heard('a', 10 * S, 0.0)
     watch.heard('b', 10 * S, 0.0)
-    assert told(watch, 'a', 15 * S, 0.1) == 'apart: 5.00 s ahead of b'
-    watch.heard('a', 10 * S, 0.2)
-    assert told(watch, 'a', 5 * S, 0.3) == 'apart: 5.00 s behind b'
+    assert told(watch, 'a', 15 * S, 0.05) == 'apart: 5.00 s ahead of b'
+    watch.heard('a', 10 * S, 0.1)
+    assert told(watch, 'a', 5 * S, 0.15) == 'apart: 5.00 s behind b'
 
 
 def test_what_comes_twice_or_out_of_order_is_told_as_harmless() -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import yaml
 
 from goalreach_msgs_py.atomic_file import write_text_atomically
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.errors import FileFormatError, one_line_repr
+from goalreach_msgs_py.yaml_text import load_yaml
 
 __all__ = ['NodeParameters', 'merge_parameters', 'read_parameters', 'write_parameters']
 
@@ -51,12 +52,12 @@ def read_parameters(path: str | Path, nodes: Iterable[str]) -> NodeParameters:
 def _load(path: str | Path) -> Mapping[str, Any]:
     try:
         text = Path(path).read_text(encoding='utf-8')
-        content = yaml.safe_load(text)
+        content = load_yaml(text)
     except OSError as error:
         raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
         raise FileFormatError(path, 'is not UTF-8 text') from None
-    except (yaml.YAMLError, RecursionError) as error:
+    except yaml.YAMLError as error:
         where = getattr(error, 'problem_mark', None)
         place = '' if where is None else f' at line {where.line + 1}'
         raise FileFormatError(path, f'is not YAML{place}') from None
@@ -76,7 +77,8 @@ def _flatten(path: str | Path, values: Mapping[str, Any], prefix: str = '') -> d
                 raise FileFormatError(path, f'{name}: has no value')
             flat[name] = value
         else:
-            raise FileFormatError(path, f'{name} = {value!r}: must be a number, text or list')
+            reason = f'{name} = {one_line_repr(value)}: must be a number, text or list'
+            raise FileFormatError(path, reason)
     return flat
 
 

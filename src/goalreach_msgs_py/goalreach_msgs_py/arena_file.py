@@ -32,6 +32,7 @@ from goalreach_msgs_py.arena import Arena, check_size, paper_starts
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
 from goalreach_msgs_py.regions import RegionMap, parse_region
 from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.yaml_text import load_yaml
 
 __all__ = ['read_arena']
 
@@ -81,14 +82,14 @@ def read_arena(path: Path | str) -> Arena:
     """
     try:
         text = Path(path).read_text(encoding='utf-8')
-        document = yaml.load(text, _Loader)  # noqa: S506 - a safe loader
+        document = load_yaml(text, _Loader)
     except OSError as error:
         raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
     except UnicodeDecodeError:
         raise FileFormatError(path, 'is not UTF-8 text') from None
     except _DefectError as error:
         raise FileFormatError(path, str(error)) from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except yaml.YAMLError as error:
         where = getattr(error, 'problem_mark', None)
         place = '' if where is None else f' at line {where.line + 1}'
         raise FileFormatError(path, f'is not YAML{place}') from None

@@ -20,6 +20,12 @@ __all__ = ['PinholeCamera', 'camera_azimuth', 'optical_rotation', 'points_in_cam
 _NEAREST_M = 1e-3
 # Depth from which on a point counts as in front of the camera; chosen.
 
+_LEAST_PX, _MOST_PX = 0.01, 1e7
+# Sizes and focal lengths that a camera can have; chosen, wide.
+
+_MOST_DISTORTION = 1e3
+# Largest term of a lens; chosen, wide.
+
 _Number = TypeVar('_Number', float, FloatArray)
 
 
@@ -49,11 +55,14 @@ class PinholeCamera:
         """Refuse what no camera has."""
         for name in ('width_px', 'height_px', 'fx_px', 'fy_px'):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(name, value, 'a positive number')
+            if not _LEAST_PX <= value <= _MOST_PX:
+                allowed = f'a number in [{_LEAST_PX:g}, {_MOST_PX:g}]'
+                raise ConfigurationError(name, value, allowed)
         for name in ('cx_px', 'cy_px'):
-            if not math.isfinite(getattr(self, name)):
-                raise ConfigurationError(name, getattr(self, name), 'a finite number')
+            if not abs(getattr(self, name)) <= _MOST_PX:
+                raise ConfigurationError(name, getattr(self, name), 'a finite number of pixels')
+        if not all(abs(term) <= _MOST_DISTORTION for term in self.distortion):
+            raise ConfigurationError('distortion', self.distortion, 'finite numbers of a lens')
 
     @classmethod
     def from_field_of_view(

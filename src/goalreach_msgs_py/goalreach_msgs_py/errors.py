@@ -2,7 +2,42 @@
 
 from __future__ import annotations
 
-__all__ = ['ConfigurationError', 'FileFormatError', 'GoalreachError']
+import reprlib
+
+__all__ = [
+    'ConfigurationError',
+    'FileFormatError',
+    'GoalreachError',
+    'one_line',
+    'one_line_repr',
+]
+
+_LONGEST = 1000
+"""Characters of a line that tells of a mistake; chosen."""
+
+
+def _bounded() -> reprlib.Repr:
+    """Return what shows a value in bounded time: a small file can describe a huge one."""
+    shown = reprlib.Repr()
+    shown.maxlevel = 3
+    shown.maxtuple = shown.maxlist = shown.maxdict = 24
+    shown.maxstring = shown.maxother = 120
+    shown.maxlong = 60
+    return shown
+
+
+_REPR = _bounded()
+
+
+def one_line(text: object) -> str:
+    """Return a text on one line of bounded length, without control characters."""
+    line = ''.join(c if c.isprintable() else '?' for c in str(text)[: _LONGEST + 1])
+    return line if len(line) <= _LONGEST else line[: _LONGEST - 3] + '...'
+
+
+def one_line_repr(value: object) -> str:
+    """Return how a value is written in Python, shortened where it is long."""
+    return one_line(_REPR.repr(value))
 
 
 class GoalreachError(Exception):
@@ -26,7 +61,7 @@ class ConfigurationError(GoalreachError):
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
         """Compose the line from its three parts and keep them as attributes."""
-        super().__init__(f'{field} = {value!r}: must be {allowed}')
+        super().__init__(f'{one_line(field)} = {one_line_repr(value)}: must be {allowed}')
         self.field = field
         self.value = value
         self.allowed = allowed
@@ -42,6 +77,6 @@ class FileFormatError(GoalreachError):
 
     def __init__(self, path: object, reason: str) -> None:
         """Compose the line `path: reason`."""
-        super().__init__(f'{path}: {reason}')
+        super().__init__(f'{path}: {one_line(reason)}')
         self.path = str(path)
         self.reason = reason

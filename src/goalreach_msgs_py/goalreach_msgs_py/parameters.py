@@ -125,7 +125,7 @@ def _check(name: str, value: object, default: object, info: ParameterInfo) -> No
 def _check_number(name: str, value: object, info: ParameterInfo, *, integer: bool) -> None:
     kind = 'a whole number' if integer else 'a number'
     accepted = (int,) if integer else (int, float)
-    if isinstance(value, bool) or not isinstance(value, accepted) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, accepted) or not _is_finite(value):
         raise ConfigurationError(name, value, info.allowed(kind))
     low = info.minimum is not None and value < info.minimum
     high = info.maximum is not None and value > info.maximum
@@ -188,7 +188,22 @@ def build_config(cls: type[ConfigT], values: Mapping[str, Any], prefix: str = ''
 
 def _coerce(value: object, default: object) -> object:
     if isinstance(default, tuple) and not isinstance(value, str) and hasattr(value, '__iter__'):
-        return tuple(float(v) if type(v) is int else v for v in value)
-    if isinstance(default, float) and type(value) is int:
+        return tuple(_as_float(v) for v in value)
+    return _as_float(value) if isinstance(default, float) else value
+
+
+def _as_float(value: object) -> object:
+    """Return a whole number as a float, where it fits one; all else as it is."""
+    if type(value) is not int:
+        return value
+    try:
         return float(value)
-    return value
+    except OverflowError:
+        return value
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that fits no float
+        return False

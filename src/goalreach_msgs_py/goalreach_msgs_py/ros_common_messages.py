@@ -9,7 +9,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, Quaternion, TwistStamped
 from std_msgs.msg import Header
 
-from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.errors import GoalreachError, one_line
 from goalreach_msgs_py.topics import BASE_FRAME
 from goalreach_msgs_py.values import Pose2, Twist2
 
@@ -30,6 +30,10 @@ _NS_PER_S = 1_000_000_000
 
 class MessageError(GoalreachError):
     """A message whose content cannot be used; the text names topic-level field and value."""
+
+    def __init__(self, text: str) -> None:
+        """Keep the text to one line: what came over the wire may be long."""
+        super().__init__(one_line(text))
 
 
 def stamp_to_msg(stamp_ns: int) -> Time:

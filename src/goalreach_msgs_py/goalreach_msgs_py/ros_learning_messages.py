@@ -95,13 +95,17 @@ def q_table_from_msg(message: Float64MultiArray) -> FloatArray:
     """Return the Q-values of a std_msgs/Float64MultiArray.
 
     Raises:
-        MessageError: The dimensions are not x, y, action or do not fit the data.
+        MessageError: The dimensions are not x, y, action or do not fit the data, or a value is
+            not finite.
     """
     labels = tuple(dimension.label for dimension in message.layout.dim)
     shape = tuple(dimension.size for dimension in message.layout.dim)
     if labels != _Q_LABELS or np.prod(shape) != len(message.data):
         raise MessageError(f'layout {labels} {shape}: must be {_Q_LABELS} and fit the data')
-    return np.array(message.data, dtype=np.float64).reshape(shape)
+    q = np.array(message.data, dtype=np.float64).reshape(shape)
+    if not np.isfinite(q).all():
+        raise MessageError('data holds a number that is not finite')
+    return q
 
 
 def path_to_msg(poses: Sequence[tuple[int, Pose2]], stamp_ns: int) -> Path:

@@ -25,7 +25,7 @@ _SEEN_PX = 12.0
 _INSIDE_PX = 20.0
 """An LED this far inside the image should be seen; chosen."""
 
-_DARK_FRAMES = 25
+_DARK_FRAMES = 15
 _STOOD_M, _STOOD_RAD = 0.001, 0.002
 _MOVED_M = 0.08
 _JUMP_M = 0.1

@@ -17,6 +17,7 @@ from goalreach_bringup.bags.errors import BagError
 from goalreach_bringup.bags.metadata import METADATA_VERSION
 from goalreach_bringup.bags.metadata_file import METADATA_NAME
 from goalreach_bringup.bags.topic import BagTopic, QosOffer
+from goalreach_msgs_py.yaml_text import load_yaml
 
 __all__ = ['BagMessage', 'BagReader', 'storage_files']
 
@@ -152,7 +153,7 @@ def _read_metadata(path: Path) -> dict[str, Any]:
             raise BagError(path, 'was not finished: goalreach record --repair brings it in order')
         raise BagError(path, f'is not a bag: it holds no {METADATA_NAME}')
     try:
-        information = yaml.safe_load(metadata.read_text(encoding='utf-8'))[_ROOT]
+        information = load_yaml(metadata.read_text(encoding='utf-8'))[_ROOT]
         version = int(information['version'])
     except OSError as error:
         raise BagError(metadata, f'cannot be read: {error.strerror}') from None
@@ -176,7 +177,7 @@ def _told_of(path: Path) -> Iterator[None]:
     """Turn whatever a reader stumbles over in a damaged file into one line."""
     try:
         yield
-    except (BagError, GeneratorExit, KeyboardInterrupt, MemoryError):
+    except (BagError, GeneratorExit, KeyboardInterrupt):
         raise
     except Exception as error:  # noqa: BLE001 - damage shows in many ways
         lines = str(error).strip().splitlines() or [type(error).__name__]

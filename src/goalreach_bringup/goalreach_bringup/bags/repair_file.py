@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from goalreach_bringup.bags.bag_reader_file import storage_files
+from goalreach_bringup.bags.bag_reader_file import BagReader, storage_files
 from goalreach_bringup.bags.bag_writer_file import FLUSH_S
 from goalreach_bringup.bags.errors import BagError
 from goalreach_bringup.bags.mcap_repair_file import repair_mcap
 from goalreach_bringup.bags.mcap_scan_file import McapScan, is_unborn_mcap, scan_mcap
 from goalreach_bringup.bags.metadata import BagMetadata, FileSpan
-from goalreach_bringup.bags.metadata_file import METADATA_NAME, metadata_text, write_metadata
+from goalreach_bringup.bags.metadata_file import metadata_text, write_metadata
 from goalreach_bringup.bags.sqlite_repair_file import (
     SqliteScan,
     is_unborn_sqlite,
@@ -93,7 +93,7 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
         compression_mode='MESSAGE' if _compresses_messages(scans) else '',
     )
     broken = [scan for scan in scans if not scan.finished]
-    sound = not broken and (path / METADATA_NAME).exists()
+    sound = not broken and _is_readable(path)
     dropped = 0
     for scan in broken:
         if isinstance(scan, McapScan):
@@ -103,6 +103,8 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
             repair_sqlite(scan, metadata_text(metadata))
     if not sound:
         write_metadata(path, metadata)
+        with BagReader(path):
+            pass  # what cannot be opened now is damaged beyond repair, and says so
     total = metadata.total
     return RepairResult(
         path=path,
@@ -112,6 +114,14 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
         dropped_bytes=dropped,
         was_sound=sound,
     )
+
+
+def _is_readable(path: Path) -> bool:
+    try:
+        with BagReader(path):
+            return True
+    except BagError:
+        return False
 
 
 def _is_unborn(file: Path) -> bool:

@@ -59,9 +59,14 @@ def scan_sqlite(path: Path) -> SqliteScan:
     """
     try:
         with closing(sqlite3.connect(path)) as base:
+            (answer,) = base.execute('PRAGMA quick_check(1)').fetchone()
+            if answer != 'ok':
+                raise BagError(path, f'is damaged beyond repair: {answer}')
             return _scan(path, base)
     except sqlite3.Error as error:
         raise BagError(path, f'is no SQLite file of a bag: {error}') from None
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise BagError(path, f'is damaged: {type(error).__name__}, {error}') from None
 
 
 def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
@@ -89,7 +94,7 @@ def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
             )
         )
     rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
-    counts = {names[number]: count for number, count in rows}
+    counts = {names[number]: count for number, count in rows if number in names}
     first_ns, last_ns = base.execute(
         'SELECT MIN(timestamp), MAX(timestamp) FROM messages'
     ).fetchone()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.errors import FileFormatError, one_line_repr
 from goalreach_msgs_py.values import FloatArray
 
 __all__ = ['Evaluation', 'RecordedPath', 'read_evaluation']
@@ -79,17 +79,19 @@ def _origin(document: dict[str, Any]) -> str:
 
 def _path(file: Path | str, place: str, entry: Any) -> RecordedPath | None:  # noqa: ANN401 - JSON
     if not isinstance(entry, dict):
-        raise FileFormatError(file, f'{place} = {entry!r}: must be an object')
+        raise FileFormatError(file, f'{place} = {one_line_repr(entry)}: must be an object')
     outcome = entry.get('outcome')
     if outcome not in _OUTCOMES:
         allowed = ', '.join(_OUTCOMES)
-        raise FileFormatError(file, f'{place}.outcome = {outcome!r}: must be one of {allowed}')
+        raise FileFormatError(
+            file, f'{place}.outcome = {one_line_repr(outcome)}: must be one of {allowed}'
+        )
     trace = entry.get('trace')
     if not trace:
         return None
     try:
         points = np.array(trace, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():  # noqa: PLR2004
         raise FileFormatError(file, f'{place}.trace: must be a list of [x_m, y_m]')

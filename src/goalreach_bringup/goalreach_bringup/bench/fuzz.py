@@ -1,0 +1,87 @@
+"""Bad input by the ten thousand for every reader of files, parameters, options and messages."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+import sys
+import tempfile
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from goalreach_bringup.bench.row import BenchRow, Goal
+
+if TYPE_CHECKING:
+    from goalreach_bringup.fuzz.reader import Tally
+
+__all__ = ['SUMMARY', 'configure', 'execute']
+
+SUMMARY = 'Feed every reader bad input; one clear line each, no traceback, no hang, no nonsense'
+
+_SHOWN = 5
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the suite's options."""
+    add = parser.add_argument
+    add('--examples', type=int, default=2000, metavar='N', help='inputs over all readers')
+    add('--readers', default='', metavar='WORDS', help='only readers with one of these words')
+
+
+def execute(options: argparse.Namespace) -> list[BenchRow]:
+    """Feed them.
+
+    Raises:
+        GoalreachError: An option is refused.
+    """
+    os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
+    from goalreach_bringup.fuzz.reader import try_inputs
+    from goalreach_bringup.fuzz.ros_readers import all_readers
+    from goalreach_bringup.terminal import progress_bar
+    from goalreach_msgs_py.errors import ConfigurationError
+
+    if options.examples < 1:
+        raise ConfigurationError('--examples', options.examples, 'a whole number >= 1')
+    words = [word.strip() for word in options.readers.split(',') if word.strip()]
+    tallies = []
+    with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
+        readers = all_readers(Path(folder))
+        readers = [r for r in readers if not words or any(word in r.name for word in words)]
+        if not readers:
+            raise ConfigurationError(
+                '--readers', options.readers, 'a word of the name of a reader'
+            )
+        each = -(-options.examples // len(readers))
+        with progress_bar('readers', total=len(readers)) as advance:
+            for number, reader in enumerate(readers):
+                seeds = np.random.SeedSequence([options.seed, number]).generate_state(each)
+                tallies.append(try_inputs(reader, seeds.tolist()))
+                advance(1)
+    for tally in tallies:
+        for seed, text in tally.tracebacks[:_SHOWN]:
+            sys.stderr.write(f'{tally.name}, seed {seed}: {text}\n')
+    return [*(_row(tally) for tally in tallies), _total(tallies)]
+
+
+def _row(tally: Tally) -> BenchRow:
+    return BenchRow(
+        name=tally.name,
+        unit='tracebacks or nonsense',
+        ours=len(tally.tracebacks) + len(tally.hangs),
+        goal=Goal(of='ours', relation='<=', bound=0.0),
+        n=tally.inputs,
+        note=f'{tally.refused} refused, {tally.accepted} accepted, {len(tally.hangs)} hangs',
+    )
+
+
+def _total(tallies: list[Tally]) -> BenchRow:
+    bad = sum(len(tally.tracebacks) + len(tally.hangs) for tally in tallies)
+    return BenchRow(
+        name='all readers',
+        unit='tracebacks, nonsense or hangs',
+        ours=bad,
+        goal=Goal(of='ours', relation='<=', bound=0.0),
+        n=sum(tally.inputs for tally in tallies),
+    )

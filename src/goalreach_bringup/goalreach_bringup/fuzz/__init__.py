@@ -1,0 +1,1 @@
+"""Bad input for every reader: made at random, from sound input and from nothing."""

@@ -1,0 +1,206 @@
+"""Files that every reader of ours takes, to be broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import json
+from pathlib import Path
+import shutil
+from typing import Any, Final
+
+import numpy as np
+import yaml
+
+from goalreach_bringup.arena_choice import choose_arena
+from goalreach_bringup.bags.bag_reader_file import BagReader
+from goalreach_bringup.bags.bag_writer_file import BagWriter
+from goalreach_bringup.bags.definitions_file import message_definition
+from goalreach_bringup.bags.errors import BagError
+from goalreach_bringup.bags.repair_file import repair_bag
+from goalreach_bringup.bags.storage import StorageOptions
+from goalreach_bringup.bags.topic import BagTopic, QosOffer
+from goalreach_bringup.figures.evaluation_file import read_evaluation
+from goalreach_bringup.fuzz.mutation import mutate_bytes, mutate_value
+from goalreach_bringup.fuzz.reader import Reader, require_finite
+from goalreach_bringup.noise_file import read_noise
+from goalreach_bringup.parameter_file import read_parameters
+from goalreach_bringup.run.plan import NODES
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import read_policy, write_policy
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena_file import read_arena
+
+__all__ = ['bag_readers', 'document_readers']
+
+_STRING: Final = 'std_msgs/msg/String'
+_EVALUATION: Final[dict[str, Any]] = {
+    'seed': 7,
+    'mode': 'fuzzy',
+    'policy': 'policy.json',
+    'success_rate': 1.0,
+    'config': {'noise': 'nominal'},
+    'paths': [
+        {'start': [1.0, 4.0, 0.0], 'outcome': 'goal', 'trace': [[1.0, 4.0], [1.1, 3.9]]},
+        {'start': [2.0, 4.0, 0.0], 'outcome': 'bump', 'trace': None},
+    ],
+}
+_NOISE: Final = {'read_noise_dn': 2.0, 'dropout_probability': 0.1, 'spot_sigma_px': 1.5}
+_PARAMETERS: Final = {
+    '/**': {'ros__parameters': {'use_sim_time': True}},
+    'nomad200': {'ros__parameters': {'speed': 2.0, 'noise': {'read_noise_dn': 2.0}}},
+    'landmark_localizer': {'ros__parameters': {'landmarks_m': [0.9, 0.0, 1.4] * 3}},
+    'goal_reaching_controller': {'ros__parameters': {'mode': 'crisp', 'learning.alpha': 0.2}},
+}
+_ARENA: Final = {
+    'name': 'test',
+    'width_m': 2.4,
+    'length_m': 5.08,
+    'leds_m': [[0.6, 0.0, 1.42], [1.2, 0.5, 1.83], [1.8, 0.0, 1.63]],
+    'regions': {
+        'x_borders_m': [0.8, 1.6],
+        'y_borders_m': [1.7, 3.4],
+        'transition_width_m': 0.4,
+        'goal': 'FRONT/NEAR',
+    },
+    'starts': {'border': 22},
+}
+
+
+def _as_json(value: object) -> bytes:
+    return json.dumps(value, default=repr).encode('utf-8', errors='replace')
+
+
+def _as_yaml(value: object) -> bytes:
+    return yaml.safe_dump(value, sort_keys=False).encode('utf-8', errors='replace')
+
+
+def document_readers(folder: Path) -> list[Reader]:
+    """Return the readers of JSON and YAML files.
+
+    Args:
+        folder: Where the broken files are written.
+    """
+    sound = folder / 'sound.json'
+    write_policy(sound, Policy.unlearned(Arena().regions))
+    policy = json.loads(sound.read_text(encoding='utf-8'))
+    return [
+        _documents(folder, 'policy file', policy, _as_json, read_policy),
+        _documents(folder, 'arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
+        _documents(folder, 'arena file, read alone', _ARENA, _as_yaml, read_arena),
+        _documents(folder, 'noise file', _NOISE, _as_yaml, read_noise),
+        _documents(
+            folder,
+            'parameter file',
+            _PARAMETERS,
+            _as_yaml,
+            lambda path: read_parameters(path, NODES),
+            finite=False,
+        ),
+        _documents(folder, 'evaluation file', _EVALUATION, _as_json, read_evaluation),
+    ]
+
+
+def _documents(
+    folder: Path,
+    name: str,
+    sound: object,
+    write: Callable[[object], bytes],
+    read: Callable[[Path], object],
+    *,
+    finite: bool = True,
+) -> Reader:
+    """Return a reader of documents of which half have wrong values, half wrong bytes.
+
+    Args:
+        folder: Where they are written.
+        name: What is read.
+        sound: A document that it takes.
+        write: How it is written.
+        read: The reader.
+        finite: Whether what it reads must hold finite numbers only; a later reader sees to it
+            else.
+    """
+    path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
+
+    def attempt(rng: np.random.Generator) -> object:
+        value = mutate_value(sound, rng) if rng.random() < 0.6 else sound  # noqa: PLR2004
+        try:
+            data = write(value)
+        except (yaml.YAMLError, ValueError):
+            data = write(sound)
+        if value is sound or rng.random() < 0.1:  # noqa: PLR2004
+            data = mutate_bytes(data, rng)
+        path.write_bytes(data)
+        found = read(path)
+        if finite:
+            require_finite(found, name)
+        return found
+
+    return Reader(name=name, attempt=attempt)
+
+
+def bag_readers(folder: Path) -> list[Reader]:
+    """Return the readers of bags, and their repair."""
+    readers = []
+    for storage in ('mcap', 'sqlite3'):
+        sound = folder / f'sound-{storage}'
+        _write_bag(sound, storage)
+        readers += [
+            _bags(folder, f'bag, {storage}', sound, _read_bag),
+            _bags(folder, f'bag repair, {storage}', sound, _repair_bag),
+        ]
+    return readers
+
+
+def _write_bag(path: Path, storage: str) -> None:
+    writer = BagWriter(path, StorageOptions(storage=storage))
+    writer.add_topic(
+        BagTopic(
+            name='/text',
+            type_name=_STRING,
+            type_hash='',
+            offers=(QosOffer(),),
+            definition=message_definition(_STRING),
+        )
+    )
+    for number in range(20):
+        text = f'{number:06d}'.encode()
+        data = b'\0\1\0\0' + (len(text) + 1).to_bytes(4, 'little') + text + b'\0'
+        writer.write('/text', 1_000_000 * (number + 1), data)
+    writer.close()
+
+
+def _read_bag(path: Path) -> int:
+    with BagReader(path) as bag:
+        return sum(len(message.data) for message in bag.messages())
+
+
+def _repair_bag(path: Path) -> int:
+    """Repair a bag, and read it after: a repaired bag is sound."""
+    result = repair_bag(path)
+    try:
+        with BagReader(path) as bag:
+            found = sum(1 for _ in bag.messages())
+    except BagError as error:
+        raise AssertionError(f'repaired, and not to be read: {error}') from None
+    # SQLite keeps no check sums: a byte that turned the time or topic of a message is not seen.
+    if found != result.messages and not list(path.glob('*.db3')):
+        raise AssertionError(f'{result.messages} messages repaired, {found} read')
+    return found
+
+
+def _bags(folder: Path, name: str, sound: Path, read: Callable[[Path], object]) -> Reader:
+    path = folder / name.replace(' ', '-').replace(',', '')
+
+    def attempt(rng: np.random.Generator) -> object:
+        shutil.rmtree(path, ignore_errors=True)
+        shutil.copytree(sound, path)
+        files = sorted(path.iterdir())
+        for file in files:
+            if rng.random() < 1.2 / len(files):
+                file.write_bytes(mutate_bytes(file.read_bytes(), rng))
+            elif rng.random() < 0.1:  # noqa: PLR2004
+                file.unlink()
+        return read(path)
+
+    return Reader(name=name, attempt=attempt)
