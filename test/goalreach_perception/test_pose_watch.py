@@ -139,4 +139,4 @@ def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
     assert watch.to_see == (0, 2)
     for _ in range(3):
         watch.judge(2, 2)
-    assert watch.to_see == ()
+    assert not watch.to_see

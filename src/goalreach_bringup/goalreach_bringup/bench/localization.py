@@ -13,19 +13,19 @@ __all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Localisation: the bound, driving, consistency, kidnapping, a day, bad inputs, speed'
 
-_PARTS = ('bound', 'drives', 'consistency', 'kidnap')
+_PARTS = ('bound', 'noise', 'drives', 'consistency', 'kidnap', 'long', 'inputs', 'speed')
 
 _SIZES: dict[str, tuple[float, float, str]] = {
     'bound-images': (300, 10_000, 'noisy images at each place, for each noise'),
     'labelled-images': (2, 100, 'how many of them are labelled too'),
-    'noise-robots': (2, 40, 'robots that wander for a minute at each scale of noise'),
+    'noise-robots': (2, 16, 'robots that wander for a minute at each scale of noise'),
     'starts': (22, 200, "random starts beside the paper's 22"),
-    'calibrated-robots': (1, 40, 'robots that wander for twelve minutes, calibrating'),
+    'calibrated-robots': (1, 12, 'robots that wander for twelve minutes, calibrating'),
     'runs': (12, 100, 'runs of the consistency study'),
     'run-seconds': (20, 60, 'length of each of them'),
     'kidnaps': (60, 2000, 'kidnappings'),
     'hours': (0.05, 24, 'length of the long drive'),
-    'frames': (400, 4000, 'images that are timed'),
+    'frames': (400, 2000, 'images that are timed'),
 }
 """Default, `--full`, and what it is."""
 
@@ -89,6 +89,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
 
 
 def _check(options: argparse.Namespace) -> None:
+    from goalreach_bringup.reproduction.results_file import ResultsFolder
     from goalreach_msgs_py.errors import ConfigurationError
 
     for name, (small, full, _) in _SIZES.items():
@@ -101,21 +102,21 @@ def _check(options: argparse.Namespace) -> None:
         raise ConfigurationError('--jobs', options.jobs, 'a whole number >= 1')
     if options.as_it_is and options.results is None:
         raise ConfigurationError('--as-it-is', 'yes', 'together with --results DIR')
+    if options.results is not None:
+        ResultsFolder(options.results)
 
 
 def _result(part: str, options: argparse.Namespace) -> dict[str, Any] | None:
     """Return what a part found: read where it is kept, else measured now."""
-    from goalreach_bringup.localization_study.parts import measure, name_of
+    from goalreach_bringup.localization_study.parts import kept, measure, name_of
     from goalreach_bringup.reproduction.results_file import ResultsFolder
 
-    folder = None if options.results is None else ResultsFolder(options.results)
-    name = name_of(part, options)
-    found = None if folder is None else folder.read(name)
-    if found is None and not options.as_it_is:
-        began_s = time.perf_counter()
-        found = measure(part, options)
-        found['took_s'] = round(time.perf_counter() - began_s, 1)
-        print(f'{part}: {found["took_s"]} s', flush=True)
-        if folder is not None:
-            folder.write(name, found)
-    return None if found is None else dict(found)
+    found = None if options.results is None else kept(part, options.results, options)
+    if found is not None or options.as_it_is:
+        return found
+    began_s = time.perf_counter()
+    found = measure(part, options)
+    print(f'{part}: {time.perf_counter() - began_s:.0f} s', flush=True)
+    if options.results is not None:
+        ResultsFolder(options.results).write(name_of(part, options), found)
+    return found

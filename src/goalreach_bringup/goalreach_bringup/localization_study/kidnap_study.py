@@ -39,17 +39,18 @@ def study_kidnaps(*, count: int, seed: int, jobs: int) -> dict[str, Any]:
         jobs: Processes.
     """
     robots = -(-count // _PER_ROBOT)
-    lives = each(functools.partial(_life, seed=seed), range(robots), jobs=jobs)
-    kidnaps = [one for life in lives for one in life][:count]
+    life = functools.partial(_life, seed=seed, most=count)
+    lives = each(life, range(robots), jobs=jobs)
+    kidnaps = [one for some in lives for one in some][:count]
     return {'kidnaps': kidnaps}
 
 
-def _life(number: int, *, seed: int) -> list[dict[str, float]]:
+def _life(number: int, *, seed: int, most: int) -> list[dict[str, float]]:
     """Return what happened at each kidnapping of one robot."""
     robot = Wanderer((seed, number, 30), noise=noise_preset('nominal'))
     _until_found(robot)
     found = []
-    for _ in range(_PER_ROBOT):
+    for _ in range(min(most, _PER_ROBOT)):
         for _ in range(_FRAMES_PER_S):
             robot.step()
         robot.carry_off()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
 from goalreach_bringup.bench.row import BenchRow
 from goalreach_bringup.localization_study.bound_study import bound_rows, study_bound
@@ -13,9 +14,14 @@ from goalreach_bringup.localization_study.consistency_study import (
     study_consistency,
 )
 from goalreach_bringup.localization_study.drive_study import drive_rows, study_drives
+from goalreach_bringup.localization_study.input_study import input_rows, study_inputs
 from goalreach_bringup.localization_study.kidnap_study import kidnap_rows, study_kidnaps
+from goalreach_bringup.localization_study.long_study import kept_long, long_rows, study_long
+from goalreach_bringup.localization_study.noise_study import noise_rows, study_noise
+from goalreach_bringup.localization_study.speed_study import speed_rows, study_speed
+from goalreach_bringup.reproduction.results_file import ResultsFolder
 
-__all__ = ['measure', 'name_of', 'rows_of']
+__all__ = ['PARTS', 'kept', 'measure', 'name_of', 'rows_of']
 
 _Result = dict[str, Any]
 
@@ -60,12 +66,51 @@ def _kidnap(asked: argparse.Namespace) -> _Result:
     return study_kidnaps(count=asked.kidnaps, seed=asked.seed, jobs=asked.jobs)
 
 
+def _noise(asked: argparse.Namespace) -> _Result:
+    return study_noise(robots=asked.noise_robots, seed=asked.seed, jobs=asked.jobs)
+
+
+def _long(asked: argparse.Namespace) -> _Result:
+    return study_long(
+        hours=asked.hours, seed=asked.seed, jobs=min(asked.jobs, 2), folder=asked.results
+    )
+
+
+def _inputs(asked: argparse.Namespace) -> _Result:
+    return study_inputs(seed=asked.seed)
+
+
+def _speed(asked: argparse.Namespace) -> _Result:
+    return study_speed(frames=asked.frames, seed=asked.seed)
+
+
 _PARTS = {
     'bound': _Part(('bound_images', 'labelled_images'), _bound, bound_rows),
+    'noise': _Part(('noise_robots',), _noise, noise_rows),
     'drives': _Part(('starts', 'calibrated_robots'), _drives, drive_rows),
     'consistency': _Part(('runs', 'run_seconds'), _consistency, consistency_rows),
     'kidnap': _Part(('kidnaps',), _kidnap, kidnap_rows),
+    'long': _Part(('hours',), _long, long_rows),
+    'inputs': _Part((), _inputs, input_rows),
+    'speed': _Part(('frames',), _speed, speed_rows),
 }
+
+
+PARTS: Final = tuple(_PARTS)
+
+
+def kept(part: str, folder: Path, asked: argparse.Namespace) -> _Result | None:
+    """Return what a part found earlier, or None; of a long drive what there is of it so far.
+
+    Args:
+        part: Its name.
+        folder: Where it was kept.
+        asked: Sizes and seed.
+    """
+    found = ResultsFolder(folder).read(name_of(part, asked))
+    if found is None and part == 'long' and asked.as_it_is:
+        return kept_long(folder, asked.seed)
+    return None if found is None else dict(found)
 
 
 def measure(part: str, asked: argparse.Namespace) -> _Result:

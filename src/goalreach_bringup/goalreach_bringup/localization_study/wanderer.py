@@ -89,17 +89,21 @@ class Wanderer:
         """Let one camera period pass; the robot stands while its pose is not known."""
         self.simulator.advance()
         frame = self.simulator.sense()
-        output = self.localizer.process(
+        output = self.see(frame)
+        self.simulator.command_head(output.head_command)
+        tracking = output.mode == 'tracking'
+        self.simulator.command_drive(self._steer(output.estimate.pose) if tracking else _STOP)
+        return Step(frame, output)
+
+    def see(self, frame: SensorFrame) -> LocalizerOutput:
+        """Return what the localizer makes of a frame."""
+        return self.localizer.process(
             time_ns=frame.time_ns,
             image=frame.image,
             camera=frame.camera,
             joints=frame.joints,
             odometry=frame.odometry,
         )
-        self.simulator.command_head(output.head_command)
-        tracking = output.mode == 'tracking'
-        self.simulator.command_drive(self._steer(output.estimate.pose) if tracking else _STOP)
-        return Step(frame, output)
 
     def run(self, steps: int) -> Iterator[Step]:
         """Yield the images of a drive."""
