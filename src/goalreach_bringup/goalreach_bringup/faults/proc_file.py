@@ -41,16 +41,21 @@ class Listener:
         protocol: 'tcp', 'tcp6', 'udp' or 'udp6'.
         address: Local address.
         port: Local port.
+        joined: Interfaces on which this machine takes part in a multicast address.
     """
 
     protocol: str
     address: str
     port: int
+    joined: tuple[str, ...] = ()
 
     @property
     def is_loopback(self) -> bool:
         """Whether only this machine reaches it."""
-        return ipaddress.ip_address(self.address).is_loopback
+        address = ipaddress.ip_address(self.address)
+        if address.is_multicast:
+            return self.joined == ('lo',)
+        return address.is_loopback
 
 
 def processes_with(variable: str, value: str) -> list[int]:
@@ -116,15 +121,33 @@ def listeners_of(pid: int) -> list[Listener]:
 
 def _sockets(pid: int, protocol: str) -> Iterator[tuple[str, Listener]]:
     """Yield inode and address of the sockets of a protocol that wait for others."""
+    joined = _joined(pid)
     waiting = _TCP_LISTEN if protocol.startswith('tcp') else _UDP_UNCONNECTED
     for line in _read(pid, f'net/{protocol}').decode().splitlines()[1:]:
         fields = line.split()
         if fields[3] == waiting:
-            address, _, port = fields[1].partition(':')
+            text, _, port = fields[1].partition(':')
+            address = _address(text)
+            interfaces = tuple(joined.get(address, ()))
             yield (
                 fields[9],
-                Listener(protocol=protocol, address=_address(address), port=int(port, 16)),
+                Listener(
+                    protocol=protocol, address=address, port=int(port, 16), joined=interfaces
+                ),
             )
+
+
+def _joined(pid: int) -> dict[str, list[str]]:
+    """Return the interfaces on which each multicast address is listened to."""
+    found: dict[str, list[str]] = {}
+    device = ''
+    for line in _read(pid, 'net/igmp').decode().splitlines()[1:]:
+        fields = line.split()
+        if not line.startswith('\t'):
+            device = fields[1]
+        else:
+            found.setdefault(_address(fields[0]), []).append(device)
+    return found
 
 
 def _address(text: str) -> str:

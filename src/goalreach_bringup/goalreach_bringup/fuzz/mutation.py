@@ -87,7 +87,7 @@ def _wrong_list(value: list[Any], rng: np.random.Generator) -> list[Any]:
 
 def mutate_bytes(data: bytes, rng: np.random.Generator) -> bytes:
     """Return a file with something wrong with its bytes."""
-    return _BYTE_FAULTS[rng.integers(len(_BYTE_FAULTS))](data, rng)
+    return _BYTE_FAULTS[int(rng.integers(len(_BYTE_FAULTS)))](data, rng)
 
 
 def _flip(data: bytes, rng: np.random.Generator) -> bytes:
@@ -137,7 +137,7 @@ def _other(_data: bytes, rng: np.random.Generator) -> bytes:
         lambda: b'---\n---\n',
         lambda: b'!!python/object/apply:os.system ["true"]',
     )
-    return choices[rng.integers(len(choices))]()
+    return choices[int(rng.integers(len(choices)))]()
 
 
 _BYTE_FAULTS: Final[tuple[Callable[[bytes, np.random.Generator], bytes], ...]] = (
