@@ -97,7 +97,9 @@ class LandmarkLocalizerNode(Node):
                 time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
             )
         except MessageError as error:
-            self.get_logger().error(f'input refused: {error}', throttle_duration_sec=_THROTTLE_S)
+            line = f'input refused: {error}'
+            self.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
+            self._diagnostics.tick(stamp_ns, line, dict, ok=False)
             return
         self._publish(stamp_ns, output)
         if output.mode == 'refused':

@@ -108,7 +108,10 @@ def test_hours_of_minutes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found['odometry_wrong_share'] == 0.5
     assert found['vision_wrong_share'] == 0.01
     rows = {row.name: row for row in long_rows({'not calibrating': found})}
-    assert rows['odometry alone: minute in which its region is first wrong'].ours == 2.0
+    assert (
+        rows['odometry alone: minute in which its region is wrong for a tenth of the time'].ours
+        == 2.0
+    )
     assert _quantile(np.array([4.0, 0.0, 4.0]), 0.75) == pytest.approx(0.125)
 
 

@@ -106,7 +106,7 @@ def write_document(
     parts = [_introduction(seed), _missed(rows)]
     for part, (title, text) in _SECTIONS.items():
         if part in rows:
-            command = f'`goalreach bench localization --full --part {part} --seed {seed}`'
+            command = f'`goalreach bench --seed {seed} localization --full --part {part}`'
             parts += [f'## {title}', f'{text}\n\n{command}', _table(rows[part])]
             parts += _extras(part, results[part])
             parts += _pictures(part, path, figures)
@@ -116,8 +116,8 @@ def write_document(
 def _introduction(seed: int) -> str:
     return f"""# Localisation, measured
 
-Written by `goalreach bench localization --full --results DIR --figures docs/figures --out
-docs/LOCALIZATION.md` (seed {seed}); every number and picture comes from that command. Parts can be
+Written by `goalreach bench --seed {seed} localization --full --results DIR --figures docs/figures
+--out docs/LOCALIZATION.md`; every number and picture comes from that command. Parts can be
 measured one after the other (`--part`), and what is in DIR is not measured again. Robot, camera
 and room are simulated; the errors are those of the nominal noise model unless said otherwise,
 drawn anew for every robot. Measured on {platform.machine()} with Python

@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import rclpy
+
+from goalreach_msgs_py.ros_sensor_messages import (
+    camera_to_msg,
+    head_to_msg,
+    image_to_msg,
+    odometry_to_msg,
+)
+from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, ODOM
+from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
+from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
+from graphs import fresh_domain
+
+GOOD_M2 = 0.3**2
+PERIOD_NS = 40_000_000
+
+
+class Publisher:
+    """Keeps what a node publishes."""
+
+    def __init__(self) -> None:
+        self.sent: list[Any] = []
+
+    def publish(self, message: object) -> None:
+        self.sent.append(message)
+
+
+class Bench:
+    """A node, and what it says when it is handed messages."""
+
+    def __init__(self, node: LandmarkLocalizerNode) -> None:
+        self.node = node
+        self.pose, self.diagnostics = Publisher(), Publisher()
+        node._pose = self.pose
+        node._diagnostics._publisher = self.diagnostics
+        self.simulator = Simulator(SimulatorConfig(), np.random.default_rng(1))
+
+    def messages(self) -> tuple[SensorFrame, dict[str, Any]]:
+        self.simulator.advance()
+        frame = self.simulator.sense()
+        stamp_ns = frame.time_ns
+        return frame, {
+            IMAGE: image_to_msg(frame.image, stamp_ns),
+            CAMERA_INFO: camera_to_msg(frame.camera, stamp_ns),
+            JOINT_STATES: head_to_msg(frame.joints, stamp_ns),
+            ODOM: odometry_to_msg(frame.odometry, stamp_ns, frame_id='odom'),
+        }
+
+    def hand(self, messages: dict[str, Any]) -> None:
+        for topic, message in messages.items():
+            self.node._collector(topic)(message)
+
+    def good_poses(self) -> int:
+        spreads = [message.pose.covariance[0] for message in self.pose.sent]
+        return sum(spread < GOOD_M2 for spread in spreads)
+
+
+@pytest.fixture(name='bench')
+def _bench() -> Iterator[Bench]:
+    rclpy.init(args=[], domain_id=fresh_domain())
+    node = LandmarkLocalizerNode()
+    try:
+        yield Bench(node)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def spoil_encoding(messages: dict[str, Any]) -> None:
+    messages[IMAGE].encoding = 'rgb8'
+
+
+def spoil_size(messages: dict[str, Any]) -> None:
+    messages[IMAGE].height = 240
+
+
+def spoil_joints(messages: dict[str, Any]) -> None:
+    messages[JOINT_STATES].position = [0.0, math.nan, 0.0]
+
+
+def spoil_odometry(messages: dict[str, Any]) -> None:
+    messages[ODOM].pose.pose.position.x = math.inf
+
+
+def test_good_messages_make_a_good_pose(bench: Bench) -> None:
+    for _ in range(3):
+        bench.hand(bench.messages()[1])
+    assert len(bench.pose.sent) == 3
+    assert bench.good_poses() >= 1
+
+
+@pytest.mark.parametrize(
+    ('spoil', 'reason'),
+    [
+        (spoil_encoding, "input refused: encoding = 'rgb8': must be mono8"),
+        (spoil_size, 'input refused: image of 640 x 240'),
+        (spoil_joints, 'input refused: pan_joint = nan'),
+        (spoil_odometry, 'input refused: pose = (inf'),
+    ],
+)
+def test_messages_that_cannot_be_used_make_no_pose_and_one_diagnostic(
+    bench: Bench, spoil: Any, reason: str
+) -> None:
+    for _ in range(25):
+        _, messages = bench.messages()
+        spoil(messages)
+        bench.hand(messages)
+    assert bench.pose.sent == []
+    (array,) = bench.diagnostics.sent
+    (status,) = array.status
+    assert status.message.startswith(reason)
+    assert status.level == status.WARN
+
+
+def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> None:
+    _, stale = bench.messages()
+    bench.hand(stale)
+    said = len(bench.pose.sent)
+    for _ in range(30):
+        _, messages = bench.messages()
+        messages[ODOM] = stale[ODOM]
+        bench.hand(messages)
+    assert len(bench.pose.sent) == said
+    assert bench.node._inputs.missing[ODOM] > 0
