@@ -7,6 +7,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
+from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_node import Outbox
 from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
@@ -64,6 +65,8 @@ class FramePublisher:
         self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
         self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
         self._truth = node.create_publisher(Odometry, GROUND_TRUTH, DEEP_QOS)
+        self._sent_camera: PinholeCamera | None = None
+        self._camera_message: CameraInfo | None = None
         self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
@@ -83,7 +86,7 @@ class FramePublisher:
                 scan_time_s=self._period_s,
             ),
         )
-        send(self._camera, camera_to_msg(frame.camera, stamp_ns))
+        send(self._camera, self._camera_info(frame.camera, stamp_ns))
         send(self._image, image_to_msg(frame.image, stamp_ns))
 
         if self._transforms.active:
@@ -91,6 +94,13 @@ class FramePublisher:
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
                 + head_transforms(stamp_ns, frame.joints, self._camera_height_m)
             )
+
+    def _camera_info(self, camera: PinholeCamera, stamp_ns: int) -> CameraInfo:
+        """Return the intrinsics; they are the same in nearly every frame, but for the stamp."""
+        if camera != self._sent_camera or self._camera_message is None:
+            self._sent_camera, self._camera_message = camera, camera_to_msg(camera, stamp_ns)
+        self._camera_message.header.stamp = stamp_to_msg(stamp_ns)
+        return self._camera_message
 
     def repeat(self, stamp_ns: int) -> None:
         """Send the last frame again, for those who have not heard it."""
