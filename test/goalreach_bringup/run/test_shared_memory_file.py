@@ -1,6 +1,7 @@
 """Which files of Fast DDS are removed, and which are not."""
 
 import fcntl
+import mmap
 import os
 from pathlib import Path
 import time
@@ -18,7 +19,7 @@ def make(folder: Path, *names: str, age_s: float = 60.0) -> None:
 
 def test_files_of_dead_processes_go_and_those_in_use_stay(tmp_path: Path) -> None:
     dead = {'fastrtps_aa', 'fastrtps_aa_el', 'fastrtps_port7411', 'fastrtps_port7411_el'}
-    dead |= {'sem.fastrtps_port7411_mutex'}
+    dead |= {'sem.fastrtps_port7411_mutex', 'fastrtps_port7413', 'sem.fastrtps_port7413_mutex'}
     used = {'fastrtps_bb', 'fastrtps_bb_el', 'other', 'other_el'}
     make(tmp_path, *dead, *used)
     with (tmp_path / 'fastrtps_bb_el').open() as user:
@@ -31,3 +32,17 @@ def test_files_of_dead_processes_go_and_those_in_use_stay(tmp_path: Path) -> Non
 def test_files_that_were_just_made_are_left_alone(tmp_path: Path) -> None:
     make(tmp_path, 'fastrtps_aa', 'fastrtps_aa_el', age_s=0.0)
     assert remove_abandoned(tmp_path) == 0
+
+
+def test_what_a_living_process_has_mapped_stays() -> None:
+    folder = Path('/dev/shm')  # noqa: S108 - mappings are told by where they are
+    name = f'fastrtps_test{os.getpid()}'
+    path = folder / name
+    path.write_bytes(b'\0' * 4096)
+    os.utime(path, (0.0, 0.0))
+    try:
+        with path.open('r+b') as stream, mmap.mmap(stream.fileno(), 4096):
+            assert path not in abandoned_files()
+        assert path in abandoned_files()
+    finally:
+        path.unlink()

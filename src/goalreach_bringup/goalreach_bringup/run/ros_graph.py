@@ -165,6 +165,7 @@ class Graph:
         parameters = {node: {**self._parameters[node], **changes.get(node, {})} for node in nodes}
         path = self._directory / f'{name}-again.yaml'
         write_parameters(path, parameters)
+        remove_abandoned()
         self._launch(name, path)
         pulse.restart(time.monotonic())
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 import contextlib
 import fcntl
 import os
 from pathlib import Path
+import re
 import time
 from typing import Final
 
@@ -21,17 +21,25 @@ _YOUNG_S: Final = 2.0
 def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) -> list[Path]:
     """Return this person's Fast DDS files whose every user has died.
 
-    A process that uses a segment or a port holds a lock on the file beside it whose name ends in
-    `_el`; the kernel lets go of it when the process dies.
+    A process that receives through a segment or a port holds a lock on the file beside it whose
+    name ends in `_el`; one that sends has mapped it, and would go on sending into the void where
+    the name were given to a new file. Both are looked at.
 
     Args:
         folder: Where they are.
         young_s: Files changed within so many seconds are taken for being in use.
     """
+    mapped = _mapped_names()
+    bases = {path.name.removesuffix(_LOCK_SUFFIX) for path in folder.glob('fastrtps_*')}
     found: list[Path] = []
-    for lock in sorted(folder.glob(f'fastrtps_*{_LOCK_SUFFIX}')):
-        if _is_abandoned(lock, young_s):
-            found += [path for path in _belonging_to(lock) if path.exists()]
+    for name in sorted(bases - mapped):
+        files = [
+            path
+            for path in (folder / name, folder / f'sem.{name}_mutex', folder / f'{name}_el')
+            if path.exists()
+        ]
+        if all(_is_abandoned(path, young_s) for path in files):
+            found += files
     return found
 
 
@@ -44,20 +52,23 @@ def remove_abandoned(folder: Path = SHARED_MEMORY) -> int:
     return len(files)
 
 
-def _is_abandoned(lock: Path, young_s: float) -> bool:
+def _is_abandoned(path: Path, young_s: float) -> bool:
     try:
-        status = lock.stat()
+        status = path.stat()
         if status.st_uid != os.getuid() or time.time() - status.st_mtime < young_s:
             return False
-        with lock.open('rb') as stream:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if path.name.endswith(_LOCK_SUFFIX):
+            with path.open('rb') as stream:
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         return False
     return True
 
 
-def _belonging_to(lock: Path) -> Iterator[Path]:
-    name = lock.name.removesuffix(_LOCK_SUFFIX)
-    yield lock.with_name(name)
-    yield lock.with_name(f'sem.{name}_mutex')
-    yield lock
+def _mapped_names() -> set[str]:
+    """Return the names of files in shared memory that a process of this person has mapped."""
+    names: set[str] = set()
+    for maps in Path('/proc').glob('[0-9]*/maps'):
+        with contextlib.suppress(OSError):
+            names.update(re.findall(r'/dev/shm/(\S+)', maps.read_text(errors='replace')))
+    return names
