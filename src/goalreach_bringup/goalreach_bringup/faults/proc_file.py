@@ -25,12 +25,14 @@ class Holdings:
         memory_mb: Resident memory of its own, without shared memory.
         threads: Number of threads.
         handles: Number of open files, sockets and pipes.
+        shared_files: Number of files in shared memory that it has mapped.
     """
 
     name: str
     memory_mb: float
     threads: int
     handles: int
+    shared_files: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +93,7 @@ def holdings_of(pid: int) -> Holdings | None:
         memory_mb=int(status['RssAnon']) * 1024 / _MB,
         threads=int(status['Threads']),
         handles=handles,
+        shared_files=len(set(re.findall(rb'/dev/shm/\S+', _read(pid, 'maps')))),
     )
 
 

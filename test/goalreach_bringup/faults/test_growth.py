@@ -1,0 +1,44 @@
+"""What grows is found, and what merely comes and goes is not."""
+
+import pytest
+
+from goalreach_bringup.faults.growth import Sample, growths
+from goalreach_bringup.faults.proc_file import Holdings
+
+
+def samples(
+    pid: int, memory_mb: list[float], *, first_s: float = 0.0, handles: int = 10
+) -> list[Sample]:
+    return [
+        Sample(
+            pid=pid,
+            clock_s=first_s + 10.0 * k,
+            holdings=Holdings(
+                name='nomad200',
+                memory_mb=mb,
+                threads=12,
+                handles=handles + k // 50,
+                shared_files=3,
+            ),
+        )
+        for k, mb in enumerate(memory_mb)
+    ]
+
+
+def test_growth_is_that_from_the_settled_beginning_to_the_end() -> None:
+    (one,) = growths(samples(1, [50.0] * 20 + [100.0 + 0.1 * k for k in range(80)]), 200.0)
+    assert one.memory_share == pytest.approx(0.072, abs=0.001)
+    assert (one.handles, one.threads, one.shared_files) == (1.0, 0.0, 0.0)
+    assert one.span_s == 790.0
+
+
+def test_one_moment_of_much_work_is_no_growth() -> None:
+    (one,) = growths(samples(1, [100.0] * 99 + [180.0]), 0.0)
+    assert one.memory_share == 0.0
+
+
+def test_processes_that_came_late_or_went_are_left_out() -> None:
+    whole = samples(1, [100.0] * 100)
+    late = samples(2, [100.0] * 40, first_s=600.0)
+    gone = samples(3, [100.0] * 50)
+    assert len(growths([*whole, *late, *gone], 100.0)) == 1
