@@ -46,6 +46,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add('--jobs', type=int, default=1, metavar='N', help='stacks at a time')
     add('--results', type=Path, metavar='DIR', help='keep verdicts there, and go on from them')
     add('--out', type=Path, metavar='FILE', help='write the table, in Markdown')
+    add('--note', default='', metavar='TEXT', help='a sentence about the machine, for the table')
+    add('--as-it-is', action='store_true', help='write the table from what is there')
 
 
 def execute(options: argparse.Namespace) -> list[BenchRow]:
@@ -68,14 +70,15 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
         require_writable(options.out)
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         results = options.results or Path(folder)
-        _inject(options, kinds, results)
+        if not options.as_it_is:
+            _inject(options, kinds, results)
         stops = _stop(options, results)
         chosen = {kind.name for kind in kinds}
         verdicts = [v for v in read_verdicts(results) if v.kind in chosen]
     summaries = summarise_kinds(verdicts)
     if options.out is not None:
-        command = f'goalreach bench faults --times {options.times} --seed {options.seed}'
-        write_text_atomically(options.out, fault_document(summaries, command))
+        command = f'goalreach bench --seed {options.seed} faults --times {options.times}'
+        write_text_atomically(options.out, fault_document(summaries, command, options.note))
     rows = [*(_kind_row(one) for one in summaries)]
     rows += _total_rows(verdicts, summaries) if verdicts else []
     return [*rows, *_stop_rows(stops)]
@@ -86,9 +89,11 @@ def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Pa
     from goalreach_bringup.run.domain_lock_file import free_domains
 
     done = [verdict.kind for verdict in read_verdicts(results)]
-    missing = [k for k in kinds for _ in range(options.times - done.count(k.name))]
     rng = np.random.default_rng([options.seed, len(done)])
-    order = [missing[i] for i in rng.permutation(len(missing))]
+    order: list[FaultKind] = []
+    for number in range(options.times):  # round by round, so that no node dies too often in a row
+        missing = [kind for kind in kinds if options.times - done.count(kind.name) > number]
+        order += [missing[i] for i in rng.permutation(len(missing))]
     parts = [order[job :: options.jobs] for job in range(options.jobs)]
     work = partial(_work, results=results, speed=options.speed)
     seeds = [int(word) for word in rng.integers(2**31, size=options.jobs)]
@@ -120,7 +125,7 @@ def _stop(options: argparse.Namespace, results: Path) -> list[float]:
 
     path = results / 'stops.jsonl'
     done = len(read_lines(path))
-    if done < options.stops:
+    if done < options.stops and not options.as_it_is:
         measure_stops(
             options.stops - done,
             domain=free_domains(1)[0],

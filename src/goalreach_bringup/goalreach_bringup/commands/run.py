@@ -57,6 +57,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help='remapping rule of ROS 2 for the nodes; repeatable',
     )
     add('--params-file', type=Path, metavar='YAML', help='ROS 2 parameter file')
+    add(
+        '--network',
+        action='store_true',
+        help='let other machines take part: they can see, drive and change everything',
+    )
     add('--summary', type=Path, metavar='JSON', help='write the summary of the run')
     add('--quiet', action='store_true', help='show errors only')
 
@@ -93,4 +98,5 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
         record=arguments.record,
         storage=arguments.storage,
         remaps=tuple(arguments.remap),
+        network=arguments.network,
     )

@@ -6,11 +6,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
 import statistics
+import textwrap
 
 from goalreach_bringup.faults.judge import Verdict
 from goalreach_bringup.faults.kinds import KINDS, FaultKind
 
 __all__ = ['KindSummary', 'fault_document', 'summarise_kinds']
+
+_WIDTH = 99
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,12 +67,13 @@ def _summary(kind: FaultKind, verdicts: Sequence[Verdict]) -> KindSummary:
     )
 
 
-def fault_document(summaries: Sequence[KindSummary], command: str) -> str:
+def fault_document(summaries: Sequence[KindSummary], command: str, note: str = '') -> str:
     """Return docs/FAULTS.md.
 
     Args:
         summaries: What came of each kind.
         command: The command that measured it.
+        note: A sentence about the machine, or empty.
     """
     lines = [
         '# Faults, and what comes of them',
@@ -80,6 +84,7 @@ def fault_document(summaries: Sequence[KindSummary], command: str) -> str:
         'robot, camera and lights is switched by the parameters `faults.*` of `nomad200`.',
         '',
         f'Measured by `{command}`.',
+        *(['', *textwrap.wrap(note, _WIDTH)] if note else []),
         '',
         '* **bumps**: walls run into, from the beginning of the fault until sound driving.',
         '* **wrong**: faults in which a state with level OK was more than 6 in off the truth.',

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-import contextlib
 from pathlib import Path
+import sys
 import tempfile
 from typing import Final
 
@@ -55,26 +55,34 @@ def inject_faults(
             for kind in kinds:
                 if graph.stack is None:
                     graph.start(*(word for start in _STARTS for word in ('--start', start)))
-                keep(_one(graph, injector, kind, rng))
+                verdict = _one(graph, injector, kind, rng)
+                if verdict is not None:
+                    keep(verdict)
         finally:
             graph.close()
 
 
 def _one(
     graph: BenchGraph, injector: Injector, kind: FaultKind, rng: np.random.Generator
-) -> Verdict:
+) -> Verdict | None:
+    """Return what came of a fault, or None where it could not be injected."""
     record = graph.record
     graph.serve(rng.uniform(*_MOMENT_S) / graph.speed)
     driving = graph.serve_until(
         lambda: record.healthy_since_ns is not None and record.speed_m_per_s > _FAST_M_PER_S,
         _DRIVING_S,
     )
-    record.begin()
     if not driving:
-        record.lines.append('the stack did not drive before the fault')
+        graph.stop()
+        return None
+    record.begin()
     began_ns = record.clock_ns
-    with contextlib.suppress(GoalreachError, ProcessLookupError):
+    try:
         injector.inject(kind)
+    except (GoalreachError, ProcessLookupError) as error:
+        sys.stderr.write(f'{kind.name}: could not be injected: {error}\n')
+        graph.stop()
+        return None
     ended_ns = record.clock_ns
     record.end()
     graph.serve_until(lambda: record.healthy_since_ns is not None, _RECOVER_S)

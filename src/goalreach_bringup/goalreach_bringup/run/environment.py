@@ -11,14 +11,31 @@ import time
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros_node import LAUNCHER_PID
 
-__all__ = ['fast_dds_profile', 'graph_environment', 'make_run_directory']
+__all__ = ['fast_dds_profile', 'graph_environment', 'make_run_directory', 'open_to_network']
 
 _PROFILE = 'fastdds.xml'
+_NETWORK_PROFILE = 'fastdds_network.xml'
 
 
-def fast_dds_profile() -> str:
-    """Return the path of the Fast DDS profile of the graph."""
-    return str(resources.files('goalreach_bringup') / 'config' / _PROFILE)
+def fast_dds_profile(*, network: bool = False) -> str:
+    """Return the path of the Fast DDS profile of the graph.
+
+    Args:
+        network: Whether other machines may take part; else it is private to this one.
+    """
+    name = _NETWORK_PROFILE if network else _PROFILE
+    return str(resources.files('goalreach_bringup') / 'config' / name)
+
+
+def open_to_network() -> str:
+    """Open the graphs of this process to the network; return the line that tells what it means."""
+    os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = fast_dds_profile(network=True)
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    return (
+        f'--network: every machine that reaches this one can see the camera, drive the robot and '
+        f'change parameters in ROS_DOMAIN_ID {domain}; nothing is encrypted and nobody is asked '
+        'who he is'
+    )
 
 
 def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str, str]:

@@ -40,6 +40,7 @@ class RunOptions:
         record: Bag to record, or None.
         storage: Storage format of the bag.
         remaps: Remapping rules of ROS 2, given to every node.
+        network: Whether other machines may take part.
     """
 
     seed: int
@@ -61,6 +62,7 @@ class RunOptions:
     record: Path | None = None
     storage: str = 'mcap'
     remaps: tuple[str, ...] = ()
+    network: bool = False
 
     def __post_init__(self) -> None:
         """Check what argparse cannot."""

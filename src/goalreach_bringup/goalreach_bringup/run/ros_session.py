@@ -15,7 +15,7 @@ from goalreach_bringup.bags.bag_writer_file import require_new_bag
 from goalreach_bringup.parameter_file import NodeParameters, read_parameters
 from goalreach_bringup.path_metrics import PathResult
 from goalreach_bringup.run.domain_lock_file import domain_lock
-from goalreach_bringup.run.environment import make_run_directory
+from goalreach_bringup.run.environment import make_run_directory, open_to_network
 from goalreach_bringup.run.learning_run import LearningRun
 from goalreach_bringup.run.options import RunOptions
 from goalreach_bringup.run.page_process import PageProcess, is_page_wanted
@@ -93,6 +93,8 @@ class RunSession:
             user=user,
             learning=self._learning,
         )
+        if options.network:
+            self._report.warn(open_to_network())
         self._report.say(f'logs, policy and parameters: {directory}')
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])

@@ -70,5 +70,6 @@ def _mapped_names() -> set[str]:
     names: set[str] = set()
     for maps in Path('/proc').glob('[0-9]*/maps'):
         with contextlib.suppress(OSError):
-            names.update(re.findall(r'/dev/shm/(\S+)', maps.read_text(errors='replace')))
+            text = maps.read_text(errors='replace')
+            names.update(re.findall(rf'{SHARED_MEMORY}/(\S+)', text))
     return names
