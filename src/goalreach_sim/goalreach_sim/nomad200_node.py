@@ -104,7 +104,8 @@ class Nomad200Node(Node):
         frame = self._simulator.sense()
         stamp_ns = self._stamp_ns
         self._frames.publish(frame, stamp_ns)
-        self._guard.tick(stamp_ns)
+        moving = frame.truth.twist.linear_m_per_s != 0.0
+        self._guard.tick(stamp_ns, moving=moving)
         self._diagnostics.tick(
             stamp_ns,
             'driving',

@@ -31,12 +31,18 @@ class CommandGuard:
         self._limit_ns = round(limit_s * 1e9)
         self._reporter = InputReporter(node, [CLOCK, CMD_VEL, HEAD_COMMAND]) if silence else None
         self._now_ns: int | None = None
+        self._taken_ns: int | None = None
         self._ticks = 0
         self._drivers: list[str] = []
 
-    def tick(self, stamp_ns: int) -> None:
-        """Take note of a tick of the robot's clock."""
+    def tick(self, stamp_ns: int, *, moving: bool) -> None:
+        """Take note of a tick of the robot's clock; tell when the watchdog ends a motion."""
         self._now_ns = stamp_ns
+        if self._taken_ns is not None and stamp_ns - self._taken_ns > self._limit_ns:
+            self._taken_ns = None
+            if moving:
+                silent_s = self._limit_ns * 1e-9
+                self._complain(f'{CMD_VEL}: nothing for {silent_s:g} s: the watchdog brakes')
         if self._reporter is not None:
             self._reporter.heard(CLOCK, stamp_ns)
         self._ticks += 1
@@ -58,13 +64,18 @@ class CommandGuard:
         if topic == CMD_VEL and len(self._drivers) > 1:
             return False
         if stamp_ns == 0 or self._now_ns is None:
-            return True
+            return self._take(topic)
         if self._reporter is not None:
             self._reporter.heard(topic, stamp_ns)
         age_ns = self._now_ns - stamp_ns
         if age_ns > self._limit_ns:
             self._complain(f'{topic}: a command {age_ns * 1e-9:.2f} s old is refused')
             return False
+        return self._take(topic)
+
+    def _take(self, topic: str) -> bool:
+        if topic == CMD_VEL:
+            self._taken_ns = self._now_ns
         return True
 
     def age_s(self, stamp_ns: int) -> float:
