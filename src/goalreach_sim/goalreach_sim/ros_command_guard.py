@@ -11,6 +11,8 @@ __all__ = ['CommandGuard']
 
 _THROTTLE_S = 3.0
 _LOOK_TICKS = 5
+_UNKNOWN = '_UNKNOWN_'
+"""Part of the name that ROS 2 gives to a node of which it knows only that it sends."""
 
 
 class CommandGuard:
@@ -47,12 +49,17 @@ class CommandGuard:
             self._reporter.heard(CLOCK, stamp_ns)
         self._ticks += 1
         if self._ticks % _LOOK_TICKS == 0:
-            infos = self._node.get_publishers_info_by_topic(CMD_VEL)
-            self._drivers = sorted({f'{info.node_namespace}{info.node_name}' for info in infos})
+            self._look()
         if len(self._drivers) > 1:
             self._complain(
                 f'{CMD_VEL}: {len(self._drivers)} nodes drive: {self._drivers}; none is obeyed'
             )
+
+    def _look(self) -> None:
+        """See who drives; a node whose name is not known yet counts once it is."""
+        infos = self._node.get_publishers_info_by_topic(CMD_VEL)
+        names = {f'{info.node_namespace}{info.node_name}' for info in infos}
+        self._drivers = sorted(name for name in names if _UNKNOWN not in name)
 
     def accepts(self, topic: str, stamp_ns: int) -> bool:
         """Return whether to take a command; a refusal is told.
@@ -62,7 +69,9 @@ class CommandGuard:
             stamp_ns: The command's stamp.
         """
         if topic == CMD_VEL and len(self._drivers) > 1:
-            return False
+            self._look()  # in lockstep no tick comes that would
+            if len(self._drivers) > 1:
+                return False
         if stamp_ns == 0 or self._now_ns is None:
             return self._take(topic)
         if self._reporter is not None:
