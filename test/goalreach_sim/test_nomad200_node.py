@@ -5,10 +5,13 @@ import itertools
 import math
 from pathlib import Path
 
+from geometry_msgs.msg import TwistStamped
 import pytest
+from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from ros_robot import RobotGraph, robot_graph
 
 pytestmark = pytest.mark.graph
@@ -139,3 +142,27 @@ def test_a_command_with_a_number_that_is_none_is_refused_and_the_robot_lives(
         robot.wait_for_ticks(3)
         assert robot.speed_m_per_s == 0.0
         assert 'Traceback' not in robot.log
+
+
+def test_a_command_that_comes_late_is_refused_by_name(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=4.0) as robot:
+        robot.wait_for_ticks(30)
+        for _ in range(5):
+            robot.drive(0.3, 0.0, robot.clock_ns[-1] - 1_000_000_000)
+            robot.wait_for_ticks(1)
+        assert robot.speed_m_per_s == 0.0
+        assert '/cmd_vel: a command 1.' in robot.log
+        robot.drive(0.3, 0.0, 0)  # no stamp: now
+        robot.wait(lambda: robot.speed_m_per_s > 0.0)
+
+
+def test_while_two_nodes_drive_none_is_obeyed(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=2.0) as robot:
+        robot.wait_for_ticks(2)
+        drive_until(robot, 0.2, lambda: robot.speed_m_per_s > 0.1)
+        stranger = Node('stranger', context=robot.node.context, enable_rosout=False)
+        stranger.create_publisher(TwistStamped, '/cmd_vel', RELIABLE_QOS)
+        drive_until(robot, 0.2, lambda: robot.speed_m_per_s == 0.0)
+        assert "2 nodes drive: ['/onlooker', '/stranger']" in robot.log
+        stranger.destroy_node()
+        drive_until(robot, 0.2, lambda: robot.speed_m_per_s > 0.1)

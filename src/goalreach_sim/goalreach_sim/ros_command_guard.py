@@ -51,9 +51,11 @@ class CommandGuard:
         if self._ticks % _LOOK_TICKS == 0:
             self._look()
         if len(self._drivers) > 1:
-            self._complain(
-                f'{CMD_VEL}: {len(self._drivers)} nodes drive: {self._drivers}; none is obeyed'
-            )
+            self._complain_of_drivers()
+
+    def _complain_of_drivers(self) -> None:
+        count = len(self._drivers)
+        self._complain(f'{CMD_VEL}: {count} nodes drive: {self._drivers}; none is obeyed')
 
     def _look(self) -> None:
         """See who drives; a node whose name is not known yet counts once it is."""
@@ -71,6 +73,7 @@ class CommandGuard:
         if topic == CMD_VEL and len(self._drivers) > 1:
             self._look()  # in lockstep no tick comes that would
             if len(self._drivers) > 1:
+                self._complain_of_drivers()
                 return False
         if stamp_ns == 0 or self._now_ns is None:
             return self._take(topic)
