@@ -73,8 +73,10 @@ def pose_from_msg(message: Pose) -> Pose2:
         raise MessageError(f'pose = {parts}: must be finite')
     if q.x == q.y == q.z == q.w == 0.0:
         raise MessageError('orientation = (0, 0, 0, 0): must be a rotation')
-    sine = 2.0 * (q.w * q.z + q.x * q.y)
-    cosine = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z
+    scale = max(abs(part) for part in parts[2:])  # so that no square overflows
+    x, y, z, w = (part / scale for part in parts[2:])
+    sine = 2.0 * (w * z + x * y)
+    cosine = w * w + x * x - y * y - z * z
     return Pose2(
         x_m=message.position.x, y_m=message.position.y, heading_rad=math.atan2(sine, cosine)
     )
