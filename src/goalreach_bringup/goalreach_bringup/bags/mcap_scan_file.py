@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+import struct
 from typing import BinaryIO, Final
 from zlib import crc32
 
@@ -22,6 +23,8 @@ from goalreach_bringup.bags.zstandard import decompress
 
 __all__ = ['McapScan', 'ScannedChunk', 'is_unborn_mcap', 'scan_mcap']
 
+_FOOTER: Final = struct.Struct('<QQI')
+_CHECKSUM_BYTES: Final = 4
 _MAX_RECORD: Final = 1 << 32
 """A longer record is no record but a damaged length. Chosen: 4 GB."""
 
@@ -165,8 +168,18 @@ def _take(scan: McapScan, opcode: int, content: memoryview, offset: int) -> bool
 
 
 def _ends_well(scan: McapScan, stream: BinaryIO) -> bool:
-    stream.seek(scan.size - len(MAGIC))
-    return stream.read() == MAGIC and all(chunk.indexed for chunk in scan.chunks)
+    """Return whether indexes, summary and footer are there, and the summary is as written."""
+    stream.seek(max(0, scan.size - _FOOTER.size - len(MAGIC)))
+    footer = stream.read(_FOOTER.size)
+    if stream.read() != MAGIC or len(footer) < _FOOTER.size:
+        return False
+    start, _, checksum = _FOOTER.unpack(footer)
+    if checksum:
+        stream.seek(min(start, scan.size))
+        summary = stream.read(max(0, scan.size - len(MAGIC) - _CHECKSUM_BYTES - start))
+        if crc32(summary) != checksum:
+            return False
+    return all(chunk.indexed for chunk in scan.chunks)
 
 
 def _read_chunk(scan: McapScan, content: memoryview, offset: int) -> ScannedChunk:
