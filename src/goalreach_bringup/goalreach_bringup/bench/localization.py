@@ -16,16 +16,16 @@ SUMMARY = 'Localisation: the bound, driving, consistency, kidnapping, a day, bad
 _PARTS = ('bound', 'noise', 'drives', 'consistency', 'kidnap', 'long', 'inputs', 'speed')
 
 _SIZES: dict[str, tuple[float, float, str]] = {
-    'bound-images': (300, 10_000, 'noisy images at each place, for each noise'),
-    'labelled-images': (2, 100, 'how many of them are labelled too'),
-    'noise-robots': (2, 16, 'robots that wander for a minute at each scale of noise'),
+    'bound-images': (300, 4000, 'noisy images at each place, for each noise'),
+    'labelled-images': (2, 20, 'how many of them are labelled too'),
+    'noise-robots': (2, 4, 'robots that wander for a minute at each scale of noise'),
     'starts': (22, 200, "random starts beside the paper's 22"),
-    'calibrated-robots': (1, 12, 'robots that wander for twelve minutes, calibrating'),
+    'calibrated-robots': (1, 4, 'robots that wander for twelve minutes, calibrating'),
     'runs': (12, 100, 'runs of the consistency study'),
     'run-seconds': (20, 60, 'length of each of them'),
     'kidnaps': (60, 2000, 'kidnappings'),
     'hours': (0.05, 24, 'length of the long drive'),
-    'frames': (400, 2000, 'images that are timed'),
+    'frames': (400, 1000, 'images that are timed'),
 }
 """Default, `--full`, and what it is."""
 

@@ -82,6 +82,15 @@ def _until_found(robot: Wanderer) -> dict[str, float]:
     }
 
 
+def _worst(again: list[dict[str, float]]) -> str:
+    """Return in words what was believed wrongly."""
+    if not again:
+        return f'wrong: more than {WRONG_IN:g} in off, or outside its own covariance'
+    images = sum(one['wrong_again'] for one in again)
+    worst_in = max(one['worst_in'] for one in again)
+    return f'{images:.0f} images in all, up to {worst_in:.1f} in off (wrong: {WRONG_IN:g} in)'
+
+
 def kidnap_rows(result: dict[str, Any]) -> list[BenchRow]:
     """Return the rows of kidnappings."""
     kidnaps = result['kidnaps']
@@ -105,7 +114,7 @@ def kidnap_rows(result: dict[str, Any]) -> list[BenchRow]:
             ours=len(again),
             goal=none,
             n=len(kidnaps),
-            note=f'{sum(one["wrong_again"] for one in again):.0f} images in all',
+            note=_worst(again),
         ),
         BenchRow(
             name='the pose of before the kidnapping believed on, longest',
