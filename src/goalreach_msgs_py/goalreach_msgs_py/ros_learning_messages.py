@@ -12,7 +12,13 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import parse_region, region_name
-from goalreach_msgs_py.ros_common_messages import MessageError, header, pose_to_msg, stamp_to_msg
+from goalreach_msgs_py.ros_common_messages import (
+    MessageError,
+    header,
+    pose_to_msg,
+    require_finite,
+    stamp_to_msg,
+)
 from goalreach_msgs_py.ros_estimate_messages import diagnostic_values
 from goalreach_msgs_py.topics import MAP_FRAME
 from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2, Transition
@@ -68,9 +74,9 @@ def transition_from_msg(message: DiagnosticArray) -> Transition:
         return Transition(
             state=parse_region(values['state']),
             action=int(values['action']),
-            reward=float(values['reward']),
+            reward=require_finite('reward', values['reward']),
             next_state=parse_region(values['next_state']),
-            temperature=float(values['temperature']),
+            temperature=require_finite('temperature', values['temperature']),
             trial=int(values['trial']),
             path=int(values['path']),
             outcome=PathOutcome(values['outcome']) if values['outcome'] else None,

@@ -74,13 +74,14 @@ class BagReader:
         self.custom: Mapping[str, str] = information.get('custom_data') or {}
         self._reader = _reader(self.path)
         try:
-            self.topics = {c.topic: _topic(c) for c in self._reader.connections}
+            with _told_of(self.path):
+                self.topics = {c.topic: _topic(c) for c in self._reader.connections}
+                self.counts = dict.fromkeys(self.topics, 0)
+                for connection in self._reader.connections:
+                    self.counts[connection.topic] += int(connection.msgcount)
         except BaseException:
             self._reader.close()
             raise
-        self.counts = dict.fromkeys(self.topics, 0)
-        for connection in self._reader.connections:
-            self.counts[connection.topic] += connection.msgcount
 
     @property
     def first_ns(self) -> int:
