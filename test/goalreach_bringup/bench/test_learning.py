@@ -33,7 +33,7 @@ def test_rows_of_a_small_study() -> None:
     assert 1 <= by_name['trial after which it always does, median'].ours <= 10
     value = by_name['value of a region, mean over seeds, against value iteration']
     assert 0.0 < value.ours < 0.05
-    assert sum(name.startswith('with ') for name in by_name) == 7
+    assert sum(name.startswith('with ') for name in by_name) == 9
 
 
 def test_refuses_no_seeds() -> None:
