@@ -24,6 +24,7 @@ from goalreach_sim.simulator import SensorFrame, SimulatorConfig
 __all__ = ['speed_rows', 'study_speed']
 
 _LONGEST, _SEARCH = 20, 500
+_ROBOTS = 20
 _TRACKING_MS, _ACQUISITION_MS = 0.25, 1.2
 OURS: Final = 'ours, tracking'
 P3P: Final = 'SimpleBlobDetector + solveP3P'
@@ -52,9 +53,24 @@ def study_speed(*, frames: int, seed: int) -> dict[str, Any]:
         frames: Images.
         seed: Of everything random.
     """
+    for name, peer in (('scipy', SpotsAndLeastSquares), ('filterpy', FilterpyEkf)):
+        if not peer.is_installed():
+            print(f'{name} is not installed: left out (pip install goalreach[bench])')
+    bench = TurnAbout()
+    each = -(-frames // _ROBOTS)
+    taken = sum(_drive(number, each, bench, seed) for number in range(-(-frames // each)))
+    return {
+        'frames': taken,
+        'ms': {name: percentiles(np.array(values)) for name, values in bench.ms.items()},
+        'in': {name: percentiles(np.array(values)) for name, values in bench.errors_in.items()},
+    }
+
+
+def _drive(number: int, frames: int, bench: TurnAbout, seed: int) -> int:
+    """Let one robot, with its own drawn errors, take images; return how many."""
     noise = NoiseModel()
-    robot = _TimedWanderer((seed, 70), noise=noise)
-    robot.bench = bench = TurnAbout()
+    robot = _TimedWanderer((seed, number, 70), noise=noise)
+    robot.bench = bench
     config = LocalizerConfig.for_arena(Arena(), noise)
     peers = _Peers(config, noise)
     taken = 0
@@ -68,11 +84,7 @@ def study_speed(*, frames: int, seed: int) -> dict[str, Any]:
         taken += 1
         if taken == frames:
             break
-    return {
-        'frames': taken,
-        'ms': {name: percentiles(np.array(values)) for name, values in bench.ms.items()},
-        'in': {name: percentiles(np.array(values)) for name, values in bench.errors_in.items()},
-    }
+    return taken
 
 
 def _acquire(step: Step, config: LocalizerConfig, bench: TurnAbout) -> None:
@@ -109,11 +121,7 @@ class _Peers:
         self._squares: SpotsAndLeastSquares | None = None
         if SpotsAndLeastSquares.is_installed():
             self._squares = SpotsAndLeastSquares(config, camera, noise)
-        else:
-            print('scipy is not installed: left out (pip install goalreach[bench])')
         self._ekf: FilterpyEkf | None = None
-        if not FilterpyEkf.is_installed():
-            print('filterpy is not installed: left out (pip install goalreach[bench])')
 
     def take(self, step: Step, bench: TurnAbout) -> bool:
         """Solve an image in all ways; return whether each had what it needs."""
