@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from goalreach_bringup.bench.row import BenchRow, Goal
-from goalreach_bringup.evaluation import SESSION_PATHS, EvaluationPlan
+from goalreach_bringup.evaluation import EvaluationPlan
 from goalreach_bringup.in_process import InProcessDrive
 from goalreach_bringup.localization_study.beliefs import longest_gap_s, wrong_beliefs
 from goalreach_bringup.localization_study.frame_log import FrameLog, Frames, percentiles
@@ -53,8 +53,8 @@ def study_drives(*, starts: int, robots: int, seed: int, jobs: int) -> dict[str,
             starts=(*arena.starts, *drawn),
             seed=seed,
         )
-        sessions = each(functools.partial(_drive, plan), range(plan.sessions), jobs=jobs)
-        result[noise] = _summary([path for session in sessions for path in session])
+        paths = each(functools.partial(_drive, plan), range(len(plan.starts)), jobs=jobs)
+        result[noise] = _summary(list(paths))
     for name, calibrate in (('calibrated', True), ('uncalibrated', False)):
         wander = functools.partial(_wander, seed=seed, calibrate=calibrate)
         result[name] = _errors(Frames.joined(list(each(wander, range(robots), jobs=jobs))))
@@ -62,23 +62,19 @@ def study_drives(*, starts: int, robots: int, seed: int, jobs: int) -> dict[str,
     return result
 
 
-def _drive(plan: EvaluationPlan, number: int) -> list[Frames]:
-    """Return the frames of each path of a session."""
+def _drive(plan: EvaluationPlan, path: int) -> Frames:
+    """Return the frames of a path; every path has a robot of its own, with its own errors."""
     log = FrameLog()
     drive = InProcessDrive(
         arena=plan.arena,
         noise=plan.noise,
         policy=plan.policy,
         controller=plan.controller,
-        seed=np.random.SeedSequence(plan.seed, spawn_key=(number,)),
+        seed=np.random.SeedSequence(plan.seed, spawn_key=(path,)),
         observer=log.add,
     )
-    paths: list[Frames] = []
-    first = number * SESSION_PATHS
-    for index, start in enumerate(plan.starts[first : first + SESSION_PATHS]):
-        drive.drive(start, path=first + index)
-        paths.append(log.take())
-    return paths
+    drive.drive(plan.starts[path], path=path)
+    return log.take()
 
 
 def _wander(number: int, *, seed: int, calibrate: bool) -> Frames:
@@ -148,7 +144,7 @@ def _row(
     beside: dict[str, Any] | None = None,
 ) -> BenchRow:
     errors, unit = found[what], what.rpartition('_')[2]
-    of = f'{starts} starts' if starts else f'{found["robots"]} robots'
+    of = f'{starts} starts and robots' if starts else f'{found["robots"]} robots'
     return BenchRow(
         name=name,
         unit=unit,
