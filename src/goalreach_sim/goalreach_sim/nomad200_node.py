@@ -104,7 +104,8 @@ class Nomad200Node(Node):
         frame = self._simulator.sense()
         stamp_ns = self._stamp_ns
         self._frames.publish(frame, stamp_ns)
-        moving = frame.truth.twist.linear_m_per_s != 0.0
+        twist = frame.truth.twist
+        moving = twist.linear_m_per_s != 0.0 or twist.steering_rad_per_s != 0.0
         self._guard.tick(stamp_ns, moving=moving)
         self._diagnostics.tick(
             stamp_ns,

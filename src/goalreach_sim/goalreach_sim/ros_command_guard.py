@@ -44,7 +44,8 @@ class CommandGuard:
             self._taken_ns = None
             if moving:
                 silent_s = self._limit_ns * 1e-9
-                self._complain(f'{CMD_VEL}: nothing for {silent_s:g} s: the watchdog brakes')
+                line = f'{CMD_VEL}: nothing for {silent_s:g} s: the watchdog brakes'
+                self._node.get_logger().warning(line)
         if self._reporter is not None:
             self._reporter.heard(CLOCK, stamp_ns)
         self._ticks += 1
