@@ -15,6 +15,9 @@ __all__ = ['FrozenCamera', 'input_fault', 'odometry_jump']
 _MOVED_M, _TURNED_RAD = 0.005, 0.005
 """Motion that no two images look the same after: a pixel from a metre away; chosen."""
 
+_SAMPLED_ROWS = 32
+"""One row in so many is compared first; chosen."""
+
 
 def _image_fault(image: object, camera: PinholeCamera) -> str:
     """Return why an image cannot be used, or an empty text."""
@@ -80,7 +83,7 @@ class FrozenCamera:
             joints: Encoder readings.
             pose: Odometry.
         """
-        if self._image is None or not np.array_equal(image, self._image):
+        if self._image is None or not _equal(image, self._image):
             self._image, self._joints, self._pose = image, joints, pose
             return ''
         before, at = self._joints, self._pose
@@ -95,6 +98,12 @@ class FrozenCamera:
         if moved_m < _MOVED_M and turned_rad < _TURNED_RAD:
             return ''
         return 'image: the same as before, though the robot has moved'
+
+
+def _equal(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
+    """Return whether two images are the same; a few rows tell at once that they are not."""
+    rows = slice(None, None, _SAMPLED_ROWS)
+    return np.array_equal(one[rows], other[rows]) and np.array_equal(one, other)
 
 
 def odometry_jump(

@@ -106,11 +106,15 @@ class SensorWatch:
             self._unseen = [0] * len(self._leds_m)
             return lines
         pose = output.estimate.pose
-        pixels = self._expected(pose, joints, camera)
-        lines += self._dark(pixels, camera, output)
         self._frames += 1
-        if self._frames % _LOOK_FRAMES == 0:
-            lines += self._strangers(image, pixels)
+        looks = self._frames % _LOOK_FRAMES == 0
+        if looks or any(seen is None for seen in output.landmarks):
+            pixels = self._expected(pose, joints, camera)
+            lines += self._dark(pixels, camera, output)
+            if looks:
+                lines += self._strangers(image, pixels)
+        else:
+            self._unseen = [0] * len(self._leds_m)
         return lines + self._standing(pose, odometry)
 
     def _jumped(self, odometry: Pose2) -> list[str]:
