@@ -130,12 +130,12 @@ def check_stamps(heard: dict[str, list[Any]]) -> None:
     """Every command answers a state, which answers a pose, which answers an image."""
     commands = stamps(heard['/cmd_vel'])
     assert len(commands) > 100
-    for topic in ('/state', '/pose', '/landmarks', '/head/command'):
-        assert commands <= stamps(heard[topic]), topic
-    for topic in SENSOR:  # best effort: an onlooker on a busy machine may miss a few
+    # Lockstep does not wait for an onlooker: on a busy machine it may miss a few.
+    for topic in ('/state', '/pose', '/landmarks', '/head/command', *SENSOR):
         assert len(commands - stamps(heard[topic])) < 0.05 * len(commands), topic
+    images = stamps(heard['/camera/image_raw'])
     for topic in ('/odom', '/joint_states', '/bumpers'):
-        assert stamps(heard['/camera/image_raw']) <= stamps(heard[topic]), topic
+        assert len(images - stamps(heard[topic])) < 0.05 * len(images), topic
     clock = [stamp_from_msg(message.clock) for message in heard['/clock']]
     assert clock == sorted(clock)
 
