@@ -1,4 +1,4 @@
-"""Writing a file whole or not at all."""
+"""Writing a file whole or not at all, and the folder it goes to."""
 
 from __future__ import annotations
 
@@ -9,9 +9,21 @@ import tempfile
 
 from goalreach_msgs_py.errors import FileFormatError
 
-__all__ = ['require_writable', 'write_bytes_atomically', 'write_text_atomically']
+__all__ = ['make_folder', 'require_writable', 'write_bytes_atomically', 'write_text_atomically']
 
 _READABLE = 0o644
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those it lies in, where it is not there.
+
+    Raises:
+        FileFormatError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
 
 
 def require_writable(path: str | Path) -> None:

@@ -119,8 +119,8 @@ def _work(
 
 def _stop(options: argparse.Namespace, results: Path) -> list[float]:
     """Return the time to stand after each dead part, measuring those not there yet."""
-    from goalreach_bringup.faults.results_file import append_line, read_lines
     from goalreach_bringup.faults.ros_stops import measure_stops
+    from goalreach_bringup.json_lines_file import append_line, read_lines
     from goalreach_bringup.run.domain_lock_file import free_domains
 
     path = results / 'stops.jsonl'

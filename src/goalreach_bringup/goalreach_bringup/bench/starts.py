@@ -35,8 +35,8 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused or a file cannot be written.
     """
-    from goalreach_bringup.faults.results_file import append_line, read_lines
     from goalreach_bringup.faults.start_rounds import Round, run_rounds
+    from goalreach_bringup.json_lines_file import append_line, read_lines
     from goalreach_bringup.run.domain_lock_file import free_domains
     from goalreach_msgs_py.atomic_file import require_writable
     from goalreach_msgs_py.errors import ConfigurationError

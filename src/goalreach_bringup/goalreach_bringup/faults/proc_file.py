@@ -9,7 +9,7 @@ from pathlib import Path
 import re
 import struct
 
-__all__ = ['Holdings', 'Listener', 'holdings_of', 'listeners_of', 'processes_with']
+__all__ = ['Holdings', 'Listener', 'children_of', 'holdings_of', 'listeners_of', 'processes_with']
 
 _TCP_LISTEN = '0A'
 _UDP_UNCONNECTED = '07'
@@ -58,6 +58,15 @@ class Listener:
         if address.is_multicast:
             return self.joined == ('lo',)
         return address.is_loopback
+
+
+def children_of(pid: int) -> list[int]:
+    """Return the process ids of the children of a process."""
+    try:
+        text = Path(f'/proc/{pid}/task/{pid}/children').read_text(encoding='ascii')
+    except OSError:
+        return []
+    return [int(word) for word in text.split()]
 
 
 def processes_with(variable: str, value: str) -> list[int]:

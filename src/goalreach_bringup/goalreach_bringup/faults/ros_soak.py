@@ -13,10 +13,9 @@ import numpy as np
 
 from goalreach_bringup.faults.growth import Sample
 from goalreach_bringup.faults.kinds import KINDS, FaultKind
-from goalreach_bringup.faults.proc_file import holdings_of
+from goalreach_bringup.faults.proc_file import children_of, holdings_of
 from goalreach_bringup.faults.ros_bench_graph import BenchGraph
 from goalreach_bringup.faults.ros_injector import Injector
-from goalreach_bringup.faults.stack import children_of
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['drive_for_hours']

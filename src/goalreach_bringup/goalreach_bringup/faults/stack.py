@@ -12,9 +12,10 @@ import threading
 import time
 from typing import Final
 
+from goalreach_bringup.faults.proc_file import children_of
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['Stack', 'children_of', 'goalreach_command']
+__all__ = ['Stack', 'goalreach_command']
 
 _NODE_MODULES: Final = {
     'nomad200': b'goalreach_sim.nomad200_node',
@@ -28,15 +29,6 @@ _END_S: Final = 20.0
 def goalreach_command(*words: str) -> list[str]:
     """Return the command line of one of our commands."""
     return [sys.executable, '-m', 'goalreach_bringup.cli', *words]
-
-
-def children_of(pid: int) -> list[int]:
-    """Return the process ids of the children of a process."""
-    try:
-        text = Path(f'/proc/{pid}/task/{pid}/children').read_text(encoding='ascii')
-    except OSError:
-        return []
-    return [int(word) for word in text.split()]
 
 
 class Stack:

@@ -9,8 +9,7 @@ from matplotlib import rc_context
 from matplotlib.animation import PillowWriter
 
 from goalreach_bringup.figures.path_animation import FRAMES_PER_S, Animation
-from goalreach_msgs_py.atomic_file import write_bytes_atomically
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.atomic_file import make_folder, write_bytes_atomically
 
 __all__ = ['write_animation']
 
@@ -31,10 +30,7 @@ def write_animation(animation: Animation, folder: Path, name: str) -> Path:
     Raises:
         FileFormatError: The file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
+    make_folder(folder)
     path = folder / f'{name}.gif'
     with tempfile.TemporaryDirectory() as scratch, rc_context({'font.family': 'DejaVu Sans'}):
         drawn = Path(scratch) / path.name

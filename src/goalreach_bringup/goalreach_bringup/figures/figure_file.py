@@ -10,8 +10,7 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from goalreach_msgs_py.atomic_file import write_bytes_atomically
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.atomic_file import make_folder, write_bytes_atomically
 
 __all__ = ['write_figure']
 
@@ -37,10 +36,7 @@ def write_figure(
     Raises:
         FileFormatError: A file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
+    make_folder(folder)
     files = []
     for ending in endings:
         content = BytesIO()

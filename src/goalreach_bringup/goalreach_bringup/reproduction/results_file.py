@@ -9,9 +9,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from goalreach_bringup.json_lines_file import append_line, read_lines
 from goalreach_bringup.reproduction.study import DrivenPath
-from goalreach_msgs_py.atomic_file import write_text_atomically
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.atomic_file import make_folder, write_text_atomically
 
 __all__ = ['ResultsFolder']
 
@@ -28,10 +28,7 @@ class ResultsFolder:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FileFormatError(folder, f'cannot be made: {error.strerror}') from None
+        make_folder(folder)
 
     def sessions(self, name: str) -> dict[int, list[DrivenPath]]:
         """Return the sessions of a study that were driven; a line cut off counts as not driven.
@@ -39,11 +36,9 @@ class ResultsFolder:
         Args:
             name: Name of the study.
         """
-        path = self._lines(name)
         found: dict[int, list[DrivenPath]] = {}
-        for line in path.read_text(encoding='utf-8').splitlines() if path.exists() else ():
+        for entry in read_lines(self._lines(name)):
             with contextlib.suppress(ValueError, KeyError, TypeError):
-                entry = json.loads(line)
                 found[int(entry['session'])] = [DrivenPath(**one) for one in entry['paths']]
         return found
 
@@ -59,13 +54,7 @@ class ResultsFolder:
             FileFormatError: It cannot be written.
         """
         entry = {'session': number, 'paths': [asdict(path) for path in paths]}
-        try:
-            with self._lines(name).open('a', encoding='utf-8') as file:
-                file.write(json.dumps(entry) + '\n')
-        except OSError as error:
-            raise FileFormatError(
-                self._lines(name), f'cannot be written: {error.strerror}'
-            ) from None
+        append_line(self._lines(name), entry)
 
     def read(self, name: str) -> Any:  # noqa: ANN401 - JSON
         """Return another result, or None where there is none."""

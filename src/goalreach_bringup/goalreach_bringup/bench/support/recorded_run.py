@@ -17,6 +17,7 @@ from typing import Final
 from goalreach_bringup.bags.bag_reader_file import BagReader
 from goalreach_bringup.bags.raw_message import stamp_of
 from goalreach_bringup.bags.recording import LOST_KEY, TICK_TOPICS
+from goalreach_bringup.faults.proc_file import children_of
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = [
@@ -87,17 +88,12 @@ def find_recorder(stack: subprocess.Popen[str], bag: Path) -> int:
     deadline_s = time.monotonic() + _START_S
     while time.monotonic() < deadline_s and stack.poll() is None:
         written = sum(path.stat().st_size for path in bag.glob('*'))
-        for child in _children(stack.pid):
+        for child in children_of(stack.pid):
             words = Path(f'/proc/{child}/cmdline').read_bytes().split(b'\0')
             if b'record' in words and written > _WRITES:
                 return child
         time.sleep(0.05)
     raise GoalreachError('the recorder of the run did not come up')
-
-
-def _children(pid: int) -> list[int]:
-    path = Path(f'/proc/{pid}/task/{pid}/children')
-    return [int(word) for word in path.read_text().split()]
 
 
 def watch_run(pid: int, seconds: float) -> RecordedRun:
