@@ -26,6 +26,9 @@ _SAME_RAD = 0.02
 """Solutions nearer than this are one. Chosen: far above the error of a converged solution."""
 _SEED_MARGIN_M = 0.6
 _MOST_SOLVED = 24
+_HOPELESS_PX = 100.0
+"""A first guess that misses a pixel by more than this becomes no possible pose. Chosen: the widest
+miss of one that did was 71 px."""
 _BORDER_PX = 15.0
 """An LED nearer than this to the border may be cut, or just outside. Chosen."""
 _BEHIND_M = 0.06
@@ -164,12 +167,15 @@ def _solve(
         possible = np.flatnonzero(_inside(seeds, arena_size_m, _SEED_MARGIN_M))
     if len(possible) == 0:
         return None
-    if len(possible) > _MOST_SOLVED:
-        guesses = seeds[possible]
-        offsets_m = geometry.offsets_m(guesses, leds[possible])
-        first = geometry.project(guesses, offsets_m, spots[possible])
-        misfit = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
-        possible = possible[np.argsort(misfit)[:_MOST_SOLVED]]
+    guesses = seeds[possible]
+    first = geometry.project(
+        guesses, geometry.offsets_m(guesses, leds[possible]), spots[possible]
+    )
+    misfit_px = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
+    hopeful = np.argsort(misfit_px)[: min(_MOST_SOLVED, int((misfit_px < _HOPELESS_PX).sum()))]
+    if len(hopeful) == 0:
+        return None
+    possible = possible[hopeful]
     spots, leds = spots[possible], leds[possible]
     solutions = solve_poses(
         geometry, pixels_px, sigmas_px, spots=spots, leds=leds, seeds=seeds[possible]

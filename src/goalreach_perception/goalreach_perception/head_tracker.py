@@ -8,7 +8,7 @@ import math
 
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.units import deg
-from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_msgs_py.values import HeadAngles
 from goalreach_perception.head_config import HeadConfig
 from goalreach_perception.head_search import HeadSearch
 from goalreach_perception.measurement_model import Lens
@@ -53,7 +53,7 @@ class HeadTracker:
         joints: HeadAngles,
         *,
         heading_rad: float,
-        offsets_m: FloatArray,
+        offsets_m: Sequence[Sequence[float]],
         biases_rad: tuple[float, float],
         lens: Lens,
         hold: tuple[int, ...] = (),
@@ -63,14 +63,13 @@ class HeadTracker:
         Args:
             joints: Encoder readings.
             heading_rad: Estimated heading.
-            offsets_m: (n, 3) believed LED minus optical centre in `map`.
+            offsets_m: n times x, y, z: believed LED minus optical centre in `map`.
             biases_rad: Believed pan and tilt bias.
             lens: The lens.
             hold: LEDs to centre, whether or not others would fit better; empty for the best set.
         """
         self._search.reset()
-        places_m = offsets_m.tolist()
-        azimuth, tilt = self._centred(places_m, hold) if hold else self.aim_at(places_m, lens)
+        azimuth, tilt = self._centred(offsets_m, hold) if hold else self.aim_at(offsets_m, lens)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -92,7 +91,9 @@ class HeadTracker:
             lens: The lens.
         """
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
-        half_u, half_v = (lens.centre_px - self._config.view_margin_px) / lens.focal_px
+        fx, fy, cx, cy = lens.numbers
+        margin = self._config.view_margin_px
+        half_u, half_v = (cx - margin) / fx, (cy - margin) / fy
         best: tuple[float, float] | None = None
         for leds in self._ordered(azimuths):
             azimuth, tilt, reach_u, reach_v = self._centre(offsets_m, azimuths, leds)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 import math
 
 import numpy as np
@@ -130,7 +130,7 @@ def _windows(
     height, width = shape
     variances = prediction.covariance.diagonal().tolist()
     pixels = optics.to_raw(prediction.pixels_px).tolist()
-    depths = prediction.depth_m.tolist()
+    depths = prediction.depth_m
     leds: list[int] = []
     halves: list[int] = []
     expected = 0
@@ -149,38 +149,31 @@ def _windows(
 def _near(
     prediction: Prediction, leds: list[int], spots: Spots, pixels_px: FloatArray, gate: float
 ) -> list[int]:
-    """Return the rows of the spots that look like LEDs and lie within the gate."""
+    """Return the rows of the spots that look like LEDs and lie within the gate.
+
+    The squared distance of a spot from its prediction has 2 degrees of freedom.
+    """
+    covariance, expected = prediction.covariance.tolist(), prediction.pixels_px.tolist()
     pixels, sigmas = pixels_px.tolist(), spots.sigmas_px.tolist()
-    return [
-        row
-        for row, good in enumerate(spots.good)
-        if good and _distance2(prediction, leds[row], pixels[row], sigmas[row]) <= gate
-    ]
-
-
-def _distance2(
-    prediction: Prediction, led: int, pixel_px: Sequence[float], sigma_px: float
-) -> float:
-    """Return the squared distance of a spot from its prediction, 2 degrees of freedom."""
-    u, v = prediction.pixels_px[led].tolist()
-    du, dv = pixel_px[0] - u, pixel_px[1] - v
-    block = prediction.covariance[2 * led : 2 * led + 2, 2 * led : 2 * led + 2]
-    (uu, uv), (_, vv) = block.tolist()
-    uu, vv = uu + sigma_px * sigma_px, vv + sigma_px * sigma_px
-    determinant = uu * vv - uv * uv
-    return float((vv * du * du - 2.0 * uv * du * dv + uu * dv * dv) / determinant)
+    rows: list[int] = []
+    for row, (led, good) in enumerate(zip(leds, spots.good, strict=True)):
+        if not good:
+            continue
+        along, down = covariance[2 * led], covariance[2 * led + 1]
+        variance = sigmas[row] ** 2
+        uu, uv, vv = along[2 * led] + variance, along[2 * led + 1], down[2 * led + 1] + variance
+        du, dv = pixels[row][0] - expected[led][0], pixels[row][1] - expected[led][1]
+        distance2 = (vv * du * du - 2.0 * uv * du * dv + uu * dv * dv) / (uu * vv - uv * uv)
+        if distance2 <= gate:
+            rows.append(row)
+    return rows
 
 
 def _apart(rows: list[int], pixels_px: FloatArray) -> list[int]:
     """Return the rows whose spot is not another row's spot as well."""
-    if len(rows) <= 1:
-        return rows
     places = [pixels_px[row].tolist() for row in rows]
-    return [
-        row
-        for i, row in enumerate(rows)
-        if all(
-            i == j or math.hypot(places[i][0] - u, places[i][1] - v) > _MERGED_PX
-            for j, (u, v) in enumerate(places)
-        )
-    ]
+    merged: set[int] = set()
+    for (one, (u1, v1)), (other, (u2, v2)) in combinations(zip(rows, places, strict=True), 2):
+        if math.hypot(u1 - u2, v1 - v2) <= _MERGED_PX:
+            merged |= {one, other}
+    return [row for row in rows if row not in merged] if merged else rows

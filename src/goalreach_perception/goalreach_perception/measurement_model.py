@@ -18,6 +18,7 @@ The projection is the pinhole of `goalreach_msgs_py.camera`, its derivatives are
 from __future__ import annotations
 
 from dataclasses import dataclass
+import functools
 from typing import Final
 
 import numpy as np
@@ -32,6 +33,7 @@ __all__ = [
     'HEADING',
     'HEIGHT',
     'LEDS',
+    'MINIMUM_DEPTH_M',
     'PAN_BIAS',
     'SCALE',
     'TILT_BIAS',
@@ -52,7 +54,7 @@ HEIGHT: Final = 7
 FOCAL: Final = 8
 LEDS: Final = 9
 
-_MINIMUM_DEPTH_M = 0.05
+MINIMUM_DEPTH_M: Final = 0.05
 """Nearer than this, or behind, a point has no pixel. Chosen, not from the paper."""
 
 
@@ -75,6 +77,12 @@ class Lens:
             focal_px=np.array([camera.fx_px, camera.fy_px]),
             centre_px=np.array([camera.cx_px, camera.cy_px]),
         )
+
+    @functools.cached_property
+    def numbers(self) -> tuple[float, float, float, float]:
+        """Focal lengths and principal point: fx, fy, cx, cy."""
+        (fx, fy), (cx, cy) = self.focal_px.tolist(), self.centre_px.tolist()
+        return fx, fy, cx, cy
 
     def scaled(self, relative_error: float) -> Lens:
         """Return the lens with its focal lengths longer by a relative error."""
@@ -115,7 +123,7 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
         The projection; points behind the camera are held at a depth of 0.05 m.
     """
     in_camera_m = offsets_m @ rotation.swapaxes(-1, -2)
-    depth_m = np.maximum(in_camera_m[..., 2:], _MINIMUM_DEPTH_M)
+    depth_m = np.maximum(in_camera_m[..., 2:], MINIMUM_DEPTH_M)
     slopes = in_camera_m[..., :2] / depth_m
     rays_px = slopes * lens.focal_px
     turned = rotation[..., None, :2, :] - slopes[..., None] * rotation[..., None, 2:, :]

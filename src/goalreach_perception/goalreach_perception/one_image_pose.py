@@ -29,9 +29,6 @@ _FEWEST_ITERATIONS = 2
 _CONVERGED = 1e-4
 """After a step that is smaller than this, metres and radians, the next would be smaller than its
 square. Chosen."""
-_HOPELESS_PX = 100.0
-"""Whether a labelling that misses a pixel by more than this converges is of no interest. Chosen:
-the widest miss of a first guess that became a possible pose was 71 px."""
 _DAMPING = 1e-6
 _LARGEST_STEP = np.array([0.7, 0.7, 0.35])
 """Metres, metres, radians per iteration. Chosen: keeps a step where the model holds."""
@@ -160,7 +157,7 @@ def solve_poses(
         spots: (m, k) which spots each labelling uses.
         leds: (m, k) which LED each of them is.
         seeds: (m, 3) first guesses of x, y, azimuth.
-        iterations: Most Gauss-Newton steps; fewer where all that may be right have converged.
+        iterations: Most Gauss-Newton steps; fewer where all have converged.
     """
     poses = seeds.copy()
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
@@ -180,8 +177,7 @@ def solve_poses(
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
         offsets_m = geometry.offsets_m(poses, leds)
         projection = geometry.project(poses, offsets_m, spots)
-        hopeful = np.abs(residuals[..., 0]).max(axis=1) < _HOPELESS_PX
-        if iteration >= _FEWEST_ITERATIONS and np.abs(steps[hopeful]).max(initial=0) < _CONVERGED:
+        if iteration >= _FEWEST_ITERATIONS and np.abs(steps).max() < _CONVERGED:
             break
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     jacobian = _pose_jacobian(projection, offsets_m)

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
-from goalreach_msgs_py.camera import optical_rotation
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.filter_config import FilterConfig
@@ -30,12 +29,10 @@ from goalreach_perception.measurement_model import (
     SCALE,
     TILT_BIAS,
     Lens,
-    offset_derivatives,
     prior_sigmas,
-    project,
-    state_jacobian,
 )
-from goalreach_perception.prediction import Prediction, diagonal, innovate
+from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
+from goalreach_perception.tracking_model import predict_leds
 
 __all__ = ['PoseFilter']
 
@@ -71,8 +68,6 @@ class PoseFilter:
         self._calibrate = calibrate
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
         size = LEDS + leds_m.size
-        self._derivatives = offset_derivatives(len(leds_m))
-        self._identity = np.eye(size)
         self._transition = np.eye(size)
         self.mean: FloatArray = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
@@ -108,11 +103,15 @@ class PoseFilter:
         return self._camera_height_m + float(self.mean[HEIGHT])
 
     @property
-    def led_offsets_m(self) -> FloatArray:
-        """The believed LEDs minus the believed optical centre, (n, 3)."""
-        x_m, y_m, _ = self.mean[:3].tolist()
-        offsets_m: FloatArray = self.leds_m - np.array([x_m, y_m, self.camera_height_m])
-        return offsets_m
+    def led_offsets_m(self) -> list[tuple[float, float, float]]:
+        """The believed LEDs minus the believed optical centre, n times x, y, z."""
+        state = self.mean.tolist()
+        x_m, y_m, z_m = state[0], state[1], self._camera_height_m + state[HEIGHT]
+        flat = state[LEDS:]
+        return [
+            (x - x_m, y - y_m, z - z_m)
+            for x, y, z in zip(flat[::3], flat[1::3], flat[2::3], strict=True)
+        ]
 
     @property
     def focal_error(self) -> float:
@@ -197,20 +196,22 @@ class PoseFilter:
             solved: Whether the pose was just solved for this very image.
         """
         _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
-        azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
-        rotation = optical_rotation(azimuth, joints.tilt_rad + tilt_bias)
-        offsets_m = self.led_offsets_m
-        projection = project(offsets_m, rotation, lens.scaled(focal))
-        jacobian = state_jacobian(projection, offsets_m, self._derivatives)
+        pixels_px, depth_m, jacobian = predict_leds(
+            self.led_offsets_m,
+            azimuth_rad=heading + joints.turret_rad + joints.pan_rad + pan_bias,
+            tilt_rad=joints.tilt_rad + tilt_bias,
+            lens=lens,
+            focal_error=focal,
+        )
         cross = self.covariance @ jacobian.T
         encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
         noise = encoders @ encoders.T
         if not solved:
             spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
-            bent_px = 0.5 * float(lens.focal_px[0]) * spread_m2 / projection.depth_m**2
-            diagonal(noise).reshape(-1, 2)[...] += (bent_px * bent_px)[:, None]
+            bent_px = 0.5 * lens.numbers[0] * spread_m2
+            bent_px2 = [(bent_px / (depth * depth)) ** 2 for depth in depth_m]
+            add_to_diagonal(noise, np.array(bent_px2).repeat(2))
         covariance = jacobian @ cross + noise
-        pixels_px, depth_m = projection.pixels_px, projection.depth_m
         return Prediction(pixels_px, depth_m, jacobian, cross, noise, covariance)
 
     def correct(
@@ -243,8 +244,9 @@ class PoseFilter:
         self.mean += gain @ innovation
         self.mean[2] = wrap_angle(self.mean[2])
         noise = part.encoder_noise.copy()
-        diagonal(noise)[...] += spots
-        left = self._identity - gain @ part.jacobian
+        add_to_diagonal(noise, spots)
+        left = -(gain @ part.jacobian)
+        add_to_diagonal(left, 1.0)
         joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)
         return distance2

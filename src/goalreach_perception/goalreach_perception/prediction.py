@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['Prediction', 'diagonal', 'innovate', 'innovation_distance2']
+__all__ = ['Prediction', 'add_to_diagonal', 'innovate', 'innovation_distance2']
 
 _AXES = np.array([0, 1])
 
@@ -22,7 +22,7 @@ class Prediction:
 
     Attributes:
         pixels_px: (n, 2) ideal pixels.
-        depth_m: (n,) distance along the optical axis, at least 0.05.
+        depth_m: n distances along the optical axis, at least 0.05.
         jacobian: (2 n, states) derivative by the state.
         cross: (states, 2 n) covariance of state and pixels.
         encoder_noise: (2 n, 2 n) covariance that the encoders' noise gives the pixels.
@@ -30,7 +30,7 @@ class Prediction:
     """
 
     pixels_px: FloatArray
-    depth_m: FloatArray
+    depth_m: list[float]
     jacobian: FloatArray
     cross: FloatArray
     encoder_noise: FloatArray
@@ -38,13 +38,13 @@ class Prediction:
 
     def of_leds(self, leds: NDArray[np.intp]) -> Prediction:
         """Return the same for some of the LEDs, in the order given."""
-        if leds.tolist() == list(range(len(self.depth_m))):
+        if len(leds) == len(self.depth_m) and leds.tolist() == [*range(len(leds))]:
             return self
         rows = (2 * leds[:, None] + _AXES).reshape(-1)
         square = (rows[:, None], rows)
         return Prediction(
             self.pixels_px[leds],
-            self.depth_m[leds],
+            [self.depth_m[led] for led in leds.tolist()],
             self.jacobian[rows],
             self.cross[:, rows],
             self.encoder_noise[square],
@@ -52,10 +52,9 @@ class Prediction:
         )
 
 
-def diagonal(matrix: FloatArray) -> FloatArray:
-    """Return the diagonal of a square matrix as a view that can be written."""
-    view: FloatArray = np.einsum('ii->i', matrix)
-    return view
+def add_to_diagonal(matrix: FloatArray, values: FloatArray | float) -> None:
+    """Add to the diagonal of a square, contiguous matrix in its place."""
+    matrix.reshape(-1)[:: len(matrix) + 1] += values
 
 
 def innovate(
@@ -66,12 +65,12 @@ def innovate(
     The length, squared, is infinite where the covariance has no inverse.
     """
     innovation = (pixels_px - part.pixels_px).reshape(-1)
-    spots = np.repeat(sigmas_px * sigmas_px, 2)
+    spots = (sigmas_px * sigmas_px).repeat(2)
     covariance = part.covariance.copy()
-    diagonal(covariance)[...] += spots
+    add_to_diagonal(covariance, spots)
     regular, inverted = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
     inverse = np.asarray(inverted, dtype=np.float64)
-    distance2 = float(innovation @ inverse @ innovation) if regular else math.inf
+    distance2 = float(innovation @ (inverse @ innovation)) if regular else math.inf
     return innovation, spots, inverse, distance2
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+import cv2
 import numpy as np
 
 from goalreach_bringup.bench.row import BenchRow, Goal
@@ -53,6 +54,7 @@ def study_speed(*, frames: int, seed: int) -> dict[str, Any]:
         frames: Images.
         seed: Of everything random.
     """
+    cv2.setNumThreads(1)
     for name, peer in (('scipy', SpotsAndLeastSquares), ('filterpy', FilterpyEkf)):
         if not peer.is_installed():
             print(f'{name} is not installed: left out (pip install goalreach[bench])')
