@@ -168,9 +168,7 @@ def _solve(
     if len(possible) == 0:
         return None
     guesses = seeds[possible]
-    first = geometry.project(
-        guesses, geometry.offsets_m(guesses, leds[possible]), spots[possible]
-    )
+    first = geometry.project(guesses, geometry.offsets_m(guesses, leds[possible]), spots[possible])
     misfit_px = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
     hopeful = np.argsort(misfit_px)[: min(_MOST_SOLVED, int((misfit_px < _HOPELESS_PX).sum()))]
     if len(hopeful) == 0:

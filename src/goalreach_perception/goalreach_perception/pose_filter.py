@@ -32,7 +32,7 @@ from goalreach_perception.measurement_model import (
     prior_sigmas,
 )
 from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
-from goalreach_perception.tracking_model import predict_leds
+from goalreach_perception.tracking_model import View, led_jacobian, led_pixels
 
 __all__ = ['PoseFilter']
 
@@ -74,6 +74,8 @@ class PoseFilter:
         sigmas = prior_sigmas(noise, len(leds_m))
         self.covariance = np.diag(sigmas**2)
         self._prior_mean = self.mean.copy()
+        self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
+        self._predicted_m = (0.0, 0.0)
         self._prior_variance = sigmas**2
         self._forgetting = sigmas > 0.0
         if not calibrate:
@@ -106,12 +108,13 @@ class PoseFilter:
     def led_offsets_m(self) -> list[tuple[float, float, float]]:
         """The believed LEDs minus the believed optical centre, n times x, y, z."""
         state = self.mean.tolist()
-        x_m, y_m, z_m = state[0], state[1], self._camera_height_m + state[HEIGHT]
-        flat = state[LEDS:]
-        return [
-            (x - x_m, y - y_m, z - z_m)
-            for x, y, z in zip(flat[::3], flat[1::3], flat[2::3], strict=True)
-        ]
+        return _offsets_m(state[LEDS:], state[0], state[1], self._camera_height_m + state[HEIGHT])
+
+    @property
+    def _surveyed_offsets_m(self) -> list[tuple[float, float, float]]:
+        """The surveyed LEDs minus the believed place at the nominal height."""
+        x_m, y_m = self.mean[:2].tolist()
+        return _offsets_m(self._surveyed_m, x_m, y_m, self._camera_height_m)
 
     @property
     def focal_error(self) -> float:
@@ -126,6 +129,7 @@ class PoseFilter:
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
         """
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
+        self._predicted_m = (pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = covariance
@@ -159,8 +163,6 @@ class PoseFilter:
         """
         dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
         turn = angle_difference(after.heading_rad, before.heading_rad)
-        if dx == 0.0 and dy == 0.0 and turn == 0.0:
-            return
         distance = math.hypot(dx, dy)
         _, _, heading, _, _, scale, drift = self.mean[:HEIGHT].tolist()
         between = heading - before.heading_rad + 0.5 * drift * distance
@@ -169,13 +171,14 @@ class PoseFilter:
         self.mean[0] += (1.0 + scale) * east
         self.mean[1] += (1.0 + scale) * north
         self.mean[2] = wrap_angle(heading + turn + drift * distance)
-        if distance == 0.0:
-            return
         matrix = self._transition
-        matrix[0, HEADING], matrix[1, HEADING] = -(1.0 + scale) * north, (1.0 + scale) * east
-        matrix[0, SCALE], matrix[1, SCALE] = east, north
         matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
         matrix[2, DRIFT] = distance
+        x_m, y_m = self.mean[:2].tolist()
+        east, north = x_m - self._predicted_m[0], y_m - self._predicted_m[1]
+        self._predicted_m = (x_m, y_m)
+        matrix[0, HEADING], matrix[1, HEADING] = -north, east
+        matrix[0, SCALE], matrix[1, SCALE] = east / (1.0 + scale), north / (1.0 + scale)
         covariance = matrix @ self.covariance @ matrix.T
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         covariance[0, 0] += position_var
@@ -196,13 +199,14 @@ class PoseFilter:
             solved: Whether the pose was just solved for this very image.
         """
         _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
-        pixels_px, depth_m, jacobian = predict_leds(
-            self.led_offsets_m,
-            azimuth_rad=heading + joints.turret_rad + joints.pan_rad + pan_bias,
-            tilt_rad=joints.tilt_rad + tilt_bias,
-            lens=lens,
-            focal_error=focal,
+        view = View(
+            heading + joints.turret_rad + joints.pan_rad + pan_bias,
+            joints.tilt_rad + tilt_bias,
+            lens,
+            focal,
         )
+        pixels_px, depth_m = led_pixels(self.led_offsets_m, view)
+        jacobian = led_jacobian(self._surveyed_offsets_m, view)
         cross = self.covariance @ jacobian.T
         encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
         noise = encoders @ encoders.T
@@ -250,3 +254,11 @@ class PoseFilter:
         joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)
         return distance2
+
+
+def _offsets_m(
+    places_m: list[float], x_m: float, y_m: float, z_m: float
+) -> list[tuple[float, float, float]]:
+    """Return places, given as x, y, z, x, ..., relative to one of them."""
+    xyz = zip(places_m[::3], places_m[1::3], places_m[2::3], strict=True)
+    return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]

@@ -11,6 +11,8 @@ from goalreach_msgs_py.parameters import check_fields, parameter
 __all__ = ['Mode', 'PoseWatch', 'WatchConfig']
 
 _PAIR = 2
+_BLIND_FRAMES = 5
+"""Images without any LED, none being expected, that a pose is believed on; chosen: 0.2 s."""
 
 
 class Mode(enum.Enum):
@@ -92,6 +94,7 @@ class PoseWatch:
         self._confirmations = self._to_confirm = self._patience = 0
         self._leds: tuple[int, ...] = ()
         self._contradictions = self._checked = 0
+        self._firm = False
 
     @property
     def to_see(self) -> tuple[int, ...]:
@@ -107,6 +110,7 @@ class PoseWatch:
         """
         self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
+        self._firm = False
         pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
         self._leds = tuple(leds or ())
         self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
@@ -125,15 +129,17 @@ class PoseWatch:
         """Take note of one image that was compared with the pose.
 
         An image speaks against the pose where none, or two fewer than expected, of the LEDs are
-        where they should be. Two LEDs make a doubtful pose good again: a single light may be in
-        the place of an LED by chance.
+        where they should be: it is not published as good. Doubt is firm where two or more are
+        missing at once, or a single one time and again; then two LEDs must be seen to make the
+        pose good again, since a single light may be in the place of an LED by chance. Else the
+        next LED that is where it should be ends it.
 
         Args:
             used: LEDs that were where they should be.
             expected: LEDs that should have been in the image.
         """
         bad = expected > 0 and used < max(1, expected - 1)
-        doubted = self.mode is Mode.DOUBTFUL and used < _PAIR
+        doubted = self._firm and used < _PAIR
         self._misses = self._misses + 1 if bad or (doubted and expected) else 0
         self._unseen = 0 if used else self._unseen + 1
         if self.mode is Mode.CONFIRMING:
@@ -142,10 +148,14 @@ class PoseWatch:
             self.lose('the LEDs are not where they should be')
         elif self._unseen >= self._config.unseen_after_frames:
             self.lose('no LED was seen for too long')
-        elif used and not bad and not doubted:
+        elif bad or doubted:
+            self._firm |= not used and (expected >= _PAIR or self._misses > _PAIR)
+            self.mode, self.reason = Mode.DOUBTFUL, 'expected LEDs are not seen'
+        elif self._unseen > _BLIND_FRAMES:
+            self.mode, self.reason = Mode.DOUBTFUL, 'no LED is in view'
+        elif used:
+            self._firm = False
             self.mode, self.reason = Mode.TRACKING, ''
-        elif bad and not used and (expected >= _PAIR or self._misses > _PAIR):
-            self.mode, self.reason = Mode.DOUBTFUL, 'none of the expected LEDs is seen'
 
     def _confirm(self, used: int, *, bad: bool, expected: int) -> None:
         """Count an image for a new pose; one that lacks an LED bears no pose from a pair out."""

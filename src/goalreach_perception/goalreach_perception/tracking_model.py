@@ -8,6 +8,7 @@ against each other.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -15,40 +16,78 @@ import numpy as np
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
 
-__all__ = ['predict_leds']
+__all__ = ['View', 'led_jacobian', 'led_pixels']
 
 
-def predict_leds(
-    offsets_m: Sequence[Sequence[float]],
-    *,
-    azimuth_rad: float,
-    tilt_rad: float,
-    lens: Lens,
-    focal_error: float,
-) -> tuple[FloatArray, list[float], FloatArray]:
-    """Project LEDs and differentiate by the whole state vector.
+@dataclass(frozen=True)
+class View:
+    """Where a camera looks, and its lens.
 
-    The equations are those of `project` and `state_jacobian`.
-
-    Args:
-        offsets_m: n LEDs minus the optical centre in `map`, metres.
+    Attributes:
         azimuth_rad: Azimuth of the optical axis in `map`.
         tilt_rad: Its tilt, upward.
         lens: The nominal lens.
         focal_error: Its relative error, as believed.
+    """
+
+    azimuth_rad: float
+    tilt_rad: float
+    lens: Lens
+    focal_error: float
+
+    @property
+    def turns(self) -> tuple[float, float, float, float]:
+        """Cosine and sine of the azimuth, cosine and sine of the tilt."""
+        azimuth, tilt = self.azimuth_rad, self.tilt_rad
+        return math.cos(azimuth), math.sin(azimuth), math.cos(tilt), math.sin(tilt)
+
+    @property
+    def focal_px(self) -> tuple[float, float]:
+        """The believed focal lengths along u and v."""
+        fx, fy, _, _ = self.lens.numbers
+        return fx * (1.0 + self.focal_error), fy * (1.0 + self.focal_error)
+
+
+def led_pixels(offsets_m: Sequence[Sequence[float]], view: View) -> tuple[FloatArray, list[float]]:
+    """Project LEDs: the equation of `measurement_model.project`.
+
+    Args:
+        offsets_m: n LEDs minus the optical centre in `map`, metres.
+        view: The camera.
 
     Returns:
-        (n, 2) pixels, n depths of at least 0.05 m, and the (2 n, 9 + 3 n) derivative with rows
-        u_0, v_0, u_1, v_1, ...
+        (n, 2) pixels, and n depths of at least 0.05 m.
     """
-    ca, sa = math.cos(azimuth_rad), math.sin(azimuth_rad)
-    ct, st = math.cos(tilt_rad), math.sin(tilt_rad)
-    fx, fy, cx, cy = lens.numbers
-    fx, fy = fx * (1.0 + focal_error), fy * (1.0 + focal_error)
+    ca, sa, ct, st = view.turns
+    fx, fy = view.focal_px
+    _, _, cx, cy = view.lens.numbers
     pixels: list[tuple[float, float]] = []
     depths: list[float] = []
+    for dx, dy, dz in offsets_m:
+        forward = ca * dx + sa * dy
+        depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
+        across, down = sa * dx - ca * dy, st * forward - ct * dz
+        pixels.append((cx + fx * across / depth, cy + fy * down / depth))
+        depths.append(depth)
+    return np.array(pixels), depths
+
+
+def led_jacobian(offsets_m: Sequence[Sequence[float]], view: View) -> FloatArray:
+    """Differentiate the pixels of LEDs by the whole state vector.
+
+    The equations are those of `measurement_model.project` and `state_jacobian`.
+
+    Args:
+        offsets_m: n LEDs minus the optical centre in `map`, metres.
+        view: The camera.
+
+    Returns:
+        (2 n, 9 + 3 n), rows u_0, v_0, u_1, v_1, ...
+    """
+    ca, sa, ct, st = view.turns
+    fx, fy = view.focal_px
     rows: list[list[float]] = []
-    others = 3 * len(offsets_m)
+    others = [0.0] * (3 * len(offsets_m))
     for led, (dx, dy, dz) in enumerate(offsets_m):
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
@@ -58,12 +97,10 @@ def predict_leds(
         vx, vy, vz = kv * ca * rise, kv * sa * rise, -kv * (ct + sv * st)
         ray_u, ray_v = fx * su, fy * sv
         turn_u, turn_v = ux * dy - uy * dx, vx * dy - vy * dx
-        row_u = [-ux, -uy, turn_u, turn_u, ray_u * sv, 0.0, 0.0, -uz, ray_u] + [0.0] * others
-        row_v = [-vx, -vy, turn_v, turn_v, ray_v * sv + fy, 0.0, 0.0, -vz, ray_v] + [0.0] * others
+        row_u = [-ux, -uy, turn_u, turn_u, ray_u * sv, 0.0, 0.0, -uz, ray_u, *others]
+        row_v = [-vx, -vy, turn_v, turn_v, ray_v * sv + fy, 0.0, 0.0, -vz, ray_v, *others]
         place = LEDS + 3 * led
         row_u[place : place + 3] = ux, uy, uz
         row_v[place : place + 3] = vx, vy, vz
-        pixels.append((cx + ray_u, cy + ray_v))
-        depths.append(depth)
         rows += (row_u, row_v)
-    return np.array(pixels), depths, np.array(rows)
+    return np.array(rows)
