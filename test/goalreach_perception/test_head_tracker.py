@@ -22,7 +22,7 @@ LED_PLACES = Arena().landmark_array_m
 
 def test_landmarks_abeam_send_the_turret_all_the_way_and_pan_to_its_end() -> None:
     # Facing +x at (0, 2, 1) with LEDs around (0, 0, 1): 90 deg to the right, none of it done yet.
-    offsets = np.array([[-0.1, -2.0, 0.0], [0.1, -2.0, 0.0], [0.0, -2.0, 0.0]])
+    offsets = [[-0.1, -2.0, 0.0], [0.1, -2.0, 0.0], [0.0, -2.0, 0.0]]
     command = HeadTracker(HeadConfig()).track(
         REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.0, 0.0), lens=LENS
     )
@@ -32,7 +32,7 @@ def test_landmarks_abeam_send_the_turret_all_the_way_and_pan_to_its_end() -> Non
 
 
 def test_biases_are_taken_off_what_the_encoders_shall_read() -> None:
-    offsets = np.array([[2.0, 0.1, 0.2], [2.0, -0.1, 0.2], [2.0, 0.0, 0.2]])
+    offsets = [[2.0, 0.1, 0.2], [2.0, -0.1, 0.2], [2.0, 0.0, 0.2]]
     command = HeadTracker(HeadConfig()).track(
         REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.01, 0.02), lens=LENS
     )
@@ -42,7 +42,7 @@ def test_biases_are_taken_off_what_the_encoders_shall_read() -> None:
 
 def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
     tracker = HeadTracker(HeadConfig())
-    offsets = np.array([[2.0, 0.1, 0.0], [2.0, -0.1, 0.0], [2.0, 0.0, 0.0]])
+    offsets = [[2.0, 0.1, 0.0], [2.0, -0.1, 0.0], [2.0, 0.0, 0.0]]
     arguments: dict[str, Any] = {
         'heading_rad': 0.0,
         'offsets_m': offsets,
@@ -57,7 +57,7 @@ def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
 
 
 def test_leds_to_hold_are_centred_though_a_wider_pair_would_fit() -> None:
-    offsets = np.array([[2.0, 0.9, 0.0], [2.0, 0.1, 0.0], [2.0, -0.9, 0.0]])
+    offsets = [[2.0, 0.9, 0.0], [2.0, 0.1, 0.0], [2.0, -0.9, 0.0]]
     command = HeadTracker(HeadConfig()).track(
         REST,
         heading_rad=0.0,
@@ -126,7 +126,7 @@ def test_the_search_looks_higher_every_other_turn() -> None:
 def test_commands_stay_within_the_ranges() -> None:
     config = HeadConfig()
     for height in (-5.0, 5.0):
-        offsets = np.array([[0.5, 0.1, height], [0.5, -0.1, height], [0.5, 0.0, height]])
+        offsets = [[0.5, 0.1, height], [0.5, -0.1, height], [0.5, 0.0, height]]
         command = HeadTracker(config).track(
             REST, heading_rad=2.0, offsets_m=offsets, biases_rad=(0.0, 0.0), lens=LENS
         )

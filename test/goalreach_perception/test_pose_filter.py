@@ -198,3 +198,27 @@ def test_considered_states_are_not_forgotten() -> None:
     before = state.covariance[HEIGHT:, HEIGHT:].copy()
     state.forget(100.0)
     assert np.array_equal(state.covariance[HEIGHT:, HEIGHT:], before)
+
+
+def test_no_image_tells_whether_robot_and_leds_are_turned_together() -> None:
+    # Turned by d about the origin: a place by (-y, x) d, a heading by d. Images of a robot that
+    # drives and corrects itself must leave what is known of that direction as it was, or less.
+    state = started(sigma_m=0.05, sigma_rad=0.05, calibrate=True)
+    rng = np.random.default_rng(3)
+    surveyed_m = Arena().landmark_array_m
+
+    def known() -> float:
+        direction = np.zeros(LEDS + 9)
+        predicted = state._predicted_m
+        direction[[0, 1, 2]] = -predicted[1], predicted[0], 1.0
+        direction[LEDS::3], direction[LEDS + 1 :: 3] = -surveyed_m[:, 1], surveyed_m[:, 0]
+        return float(direction @ np.linalg.solve(state.covariance, direction))
+
+    state.predict(ORIGIN, ORIGIN)
+    begin = known()
+    for step in range(40):
+        here, there = (Pose2(x_m=0.02 * k, y_m=0.0, heading_rad=0.0) for k in (step, step + 1))
+        pixels = seen_from(state) + 0.3 * rng.standard_normal((3, 2))
+        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.1))
+        state.predict(here, there)
+    assert known() <= begin * (1.0 + 1e-6)

@@ -57,12 +57,11 @@ def test_one_light_ends_no_doubt_and_five_of_them_the_pose() -> None:
 
 def test_a_single_led_missing_three_times_raises_firm_doubt() -> None:
     watch = tracking()
-    for _ in range(3):
-        watch.judge(0, 1)
-    watch.judge(1, 1)
-    assert watch.mode is Mode.DOUBTFUL
-    watch.judge(2, 2)
-    assert watch.mode is Mode.TRACKING
+    modes = []
+    for used in (0, 0, 0, 1, 2):
+        watch.judge(used, max(1, used))
+        modes.append(watch.mode)
+    assert modes == [Mode.DOUBTFUL] * 4 + [Mode.TRACKING]
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(0, 3), (1, 3), (0, 1)])

@@ -29,9 +29,9 @@ class FilterConfig:
         maximum=1.0,
     )
     memory_s: float = parameter(
-        1800.0,
-        'How long biases and calibration are remembered, s (time constant; chosen: then what is '
-        'remembered rests on the last images, not on the average of thousands)',
+        1e5,
+        'How long biases and calibration are remembered, s (time constant; chosen: about a day; '
+        'then small errors that repeat from image to image do not add up to false certainty)',
         minimum=1.0,
         maximum=1e9,
     )

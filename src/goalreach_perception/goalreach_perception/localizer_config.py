@@ -47,7 +47,7 @@ class LocalizerConfig:
         1.10, 'Nominal height of the optical centre, m (chosen)', minimum=0.0, maximum=10.0
     )
     calibrate: bool = parameter(
-        False,
+        True,
         'Estimate LED places, camera height and focal length while driving',
     )
     robot_speed_m_per_s: float = parameter(

@@ -6,6 +6,12 @@ per image, so their noise is common to its LEDs. The state vector is that of
 are estimated; without it they are considered (Schmidt, "Application of state-space methods to
 navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
 pose are kept, so the covariance is honest in both cases.
+
+Robot and LEDs turned, shifted or scaled together look the same, so no image may make the filter
+surer of that. Derivatives taken at ever new estimates do (Huang, Mourikis and Roumeliotis,
+"Analysis and improvement of the consistency of extended Kalman filter based SLAM", ICRA 2008);
+hence here, as they propose, a state is always linearized where it was first: LEDs and camera height
+at the survey, a position where it was predicted.
 """
 
 from __future__ import annotations
@@ -18,6 +24,7 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.fading_memory import FadingMemory
 from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.measurement_model import (
     DRIFT,
@@ -32,7 +39,7 @@ from goalreach_perception.measurement_model import (
     prior_sigmas,
 )
 from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
-from goalreach_perception.tracking_model import View, led_jacobian, led_pixels
+from goalreach_perception.tracking_model import View, led_jacobian, led_pixels, offsets_from
 
 __all__ = ['PoseFilter']
 
@@ -73,14 +80,12 @@ class PoseFilter:
         self.mean[LEDS:] = leds_m.reshape(-1)
         sigmas = prior_sigmas(noise, len(leds_m))
         self.covariance = np.diag(sigmas**2)
-        self._prior_mean = self.mean.copy()
+        fading = sigmas > 0.0
+        if not calibrate:
+            fading[HEIGHT:] = False
+        self._memory = FadingMemory(self.mean, sigmas, fading, config.memory_s)
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._predicted_m = (0.0, 0.0)
-        self._prior_variance = sigmas**2
-        self._forgetting = sigmas > 0.0
-        if not calibrate:
-            self._forgetting[HEIGHT:] = False
-        self._kept: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
         self.accepted = (0.0, 0)
 
     @property
@@ -108,13 +113,15 @@ class PoseFilter:
     def led_offsets_m(self) -> list[tuple[float, float, float]]:
         """The believed LEDs minus the believed optical centre, n times x, y, z."""
         state = self.mean.tolist()
-        return _offsets_m(state[LEDS:], state[0], state[1], self._camera_height_m + state[HEIGHT])
+        return offsets_from(
+            state[LEDS:], state[0], state[1], self._camera_height_m + state[HEIGHT]
+        )
 
     @property
     def _surveyed_offsets_m(self) -> list[tuple[float, float, float]]:
         """The surveyed LEDs minus the believed place at the nominal height."""
         x_m, y_m = self.mean[:2].tolist()
-        return _offsets_m(self._surveyed_m, x_m, y_m, self._camera_height_m)
+        return offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
 
     @property
     def focal_error(self) -> float:
@@ -135,24 +142,12 @@ class PoseFilter:
         self.covariance[:3, :3] = covariance
 
     def forget(self, dt_s: float) -> None:
-        """Let what was learnt about constants fade towards what was known at the start.
-
-        Each is taken as an Ornstein-Uhlenbeck process around its prior, with a long memory: m
-        becomes m0 + a (m - m0) and P becomes a^2 P + (1 - a^2) P0. So neither small errors that
-        repeat from image to image nor those of linearizing (which let an extended filter believe
-        it could tell whether robot and LEDs are turned together) add up to false certainty, and
-        nothing drifts away for ever.
+        """Let what was learnt about constants fade; see `FadingMemory`.
 
         Args:
             dt_s: Time since the last image; infinite to forget all.
         """
-        if self._kept is None or self._kept[0] != dt_s:
-            keep = np.where(self._forgetting, math.exp(-dt_s / self._config.memory_s), 1.0)
-            back = np.diag((1.0 - keep * keep) * self._prior_variance)
-            self._kept = (dt_s, keep, np.outer(keep, keep), back)
-        _, keep, keep_both, back = self._kept
-        self.mean = self._prior_mean + keep * (self.mean - self._prior_mean)
-        self.covariance = keep_both * self.covariance + back
+        self.mean, self.covariance = self._memory.fade(self.mean, self.covariance, dt_s)
 
     def predict(self, before: Pose2, after: Pose2) -> None:
         """Move by what the odometry moved.
@@ -199,12 +194,8 @@ class PoseFilter:
             solved: Whether the pose was just solved for this very image.
         """
         _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
-        view = View(
-            heading + joints.turret_rad + joints.pan_rad + pan_bias,
-            joints.tilt_rad + tilt_bias,
-            lens,
-            focal,
-        )
+        azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
+        view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
         pixels_px, depth_m = led_pixels(self.led_offsets_m, view)
         jacobian = led_jacobian(self._surveyed_offsets_m, view)
         cross = self.covariance @ jacobian.T
@@ -254,11 +245,3 @@ class PoseFilter:
         joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
         self.covariance = 0.5 * (joseph + joseph.T)
         return distance2
-
-
-def _offsets_m(
-    places_m: list[float], x_m: float, y_m: float, z_m: float
-) -> list[tuple[float, float, float]]:
-    """Return places, given as x, y, z, x, ..., relative to one of them."""
-    xyz = zip(places_m[::3], places_m[1::3], places_m[2::3], strict=True)
-    return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]

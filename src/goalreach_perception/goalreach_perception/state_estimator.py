@@ -41,9 +41,9 @@ class StateEstimatorConfig:
     )
     goal: str = parameter(region_name(GOAL_REGION), 'Goal region as X/Y, section "The State Set"')
     max_position_sigma_m: float = parameter(
-        6.0 * INCH_M,
+        2.2 * INCH_M,
         'Position uncertainty along its worst axis above which a pose is UNCERTAIN, m (1 sigma; '
-        'chosen: a third of a transition area stays within one sigma of its middle)',
+        'chosen: twice the largest while driving with nominal noise, just above it with harsh)',
         minimum=0.0,
         maximum=10.0,
     )

@@ -16,7 +16,7 @@ import numpy as np
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
 
-__all__ = ['View', 'led_jacobian', 'led_pixels']
+__all__ = ['View', 'led_jacobian', 'led_pixels', 'offsets_from']
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,14 @@ class View:
         """The believed focal lengths along u and v."""
         fx, fy, _, _ = self.lens.numbers
         return fx * (1.0 + self.focal_error), fy * (1.0 + self.focal_error)
+
+
+def offsets_from(
+    places_m: Sequence[float], x_m: float, y_m: float, z_m: float
+) -> list[tuple[float, float, float]]:
+    """Return places, given one after the other as x, y, z, x, ..., relative to one of them."""
+    xyz = zip(places_m[::3], places_m[1::3], places_m[2::3], strict=True)
+    return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]
 
 
 def led_pixels(offsets_m: Sequence[Sequence[float]], view: View) -> tuple[FloatArray, list[float]]:

@@ -54,7 +54,7 @@ class Wanderer:
         localizer: Its eyes.
     """
 
-    def __init__(self, seed: Sequence[int], *, noise: NoiseModel, calibrate: bool = False) -> None:
+    def __init__(self, seed: Sequence[int], *, noise: NoiseModel, calibrate: bool = True) -> None:
         self._rng = np.random.default_rng([*seed, 1])
         arena = Arena()
         start = random_pose(self._rng)
