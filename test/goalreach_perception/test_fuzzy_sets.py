@@ -40,7 +40,7 @@ def test_a_transition_without_width_is_a_crisp_border() -> None:
 
 
 @given(st.floats(-2.0, 10.0), st.lists(st.floats(0.0, 8.0), min_size=6, max_size=6))
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 def test_memberships_sum_to_one_and_are_never_three(value: float, knots: list[float]) -> None:
     mu = memberships(value, sorted(knots))
     assert sum(mu) == pytest.approx(1.0)

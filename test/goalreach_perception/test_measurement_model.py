@@ -60,7 +60,7 @@ def test_a_point_behind_the_camera_is_held_at_the_least_depth() -> None:
     st.floats(-0.2, 0.6),
     st.floats(-0.01, 0.01),
 )
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 def test_the_jacobian_is_the_derivative(
     x_m: float, y_m: float, heading: float, tilt: float, focal: float
 ) -> None:

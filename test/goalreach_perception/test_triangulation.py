@@ -33,7 +33,7 @@ def test_two_leds_in_one_direction_do_not_matter() -> None:
 
 
 @given(st.floats(0.2, 3.4), st.floats(0.8, 5.0), st.floats(-3.1, 3.1), st.permutations([0, 1, 2]))
-@settings(max_examples=100)
+@settings(max_examples=100, deadline=None)
 def test_both_guesses_are_exact_where_nothing_is_noisy(
     x_m: float, y_m: float, azimuth: float, order: list[int]
 ) -> None:

@@ -10,8 +10,8 @@ pose are kept, so the covariance is honest in both cases.
 Robot and LEDs turned, shifted or scaled together look the same, so no image may make the filter
 surer of that. Derivatives taken at ever new estimates do (Huang, Mourikis and Roumeliotis,
 "Analysis and improvement of the consistency of extended Kalman filter based SLAM", ICRA 2008);
-hence here, as they propose, a state is always linearized where it was first: LEDs and camera height
-at the survey, a position where it was predicted.
+hence here, as they propose, a state is always linearized where it was first: LEDs and camera
+height at the survey, a position where it was predicted.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ def test_one_publisher_is_exact(arrives: list[bool]) -> None:
     assert lost(numbers) == expected
 
 
-@settings(max_examples=50)
+@settings(max_examples=50, deadline=None)
 @given(st.lists(st.integers(0, 2), min_size=1, max_size=60))
 def test_several_publishers_in_any_order_lose_nothing(order: list[int]) -> None:
     sent = [0, 0, 0]
