@@ -73,28 +73,27 @@ def test_bad_inputs_make_no_good_pose_and_one_reason() -> None:
     assert rows[0].n == 25
 
 
-@pytest.mark.parametrize('calibrate', [False, True])
 def test_a_long_drive_that_was_interrupted_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, calibrate: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from goalreach_bringup.localization_study import long_run, long_run_file
 
     monkeypatch.setattr(long_run, 'FRAMES_PER_MINUTE', 60)
     monkeypatch.setattr(long_run_file, '_KEEP_EVERY', 2)
-    whole = drive_on(tmp_path / 'whole.jsonl', minutes=4, seed=1, calibrate=calibrate)
+    whole = drive_on(tmp_path / 'whole.jsonl', minutes=4, seed=1)
     path = tmp_path / 'parts.jsonl'
-    drive_on(path, minutes=3, seed=1, calibrate=calibrate)
+    drive_on(path, minutes=3, seed=1)
     with path.open('a', encoding='utf-8') as file:
         file.write('{"minute": 4, "goo')
     assert len(read_minutes(path)) == 3
-    assert drive_on(path, minutes=4, seed=1, calibrate=calibrate) == whole
+    assert drive_on(path, minutes=4, seed=1) == whole
 
 
 def test_hours_of_minutes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     from goalreach_bringup.localization_study import long_run
 
     monkeypatch.setattr(long_run, 'FRAMES_PER_MINUTE', 60)
-    minute: dict[str, Any] = LongRun(0, calibrate=False).drive() | {
+    minute: dict[str, Any] = LongRun(0).drive() | {
         'good': 1000,
         'bins': [0, 500, 500],
         'rms_in': 0.1,
@@ -107,7 +106,7 @@ def test_hours_of_minutes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found['first_wrong_min'] == 2
     assert found['odometry_wrong_share'] == 0.5
     assert found['vision_wrong_share'] == 0.01
-    rows = {row.name: row for row in long_rows({'not calibrating': found})}
+    rows = {row.name: row for row in long_rows(found)}
     assert (
         rows['odometry alone: minute in which its region is wrong for a tenth of the time'].ours
         == 2.0

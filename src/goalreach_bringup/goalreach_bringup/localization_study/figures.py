@@ -21,7 +21,6 @@ from goalreach_bringup.figures.arena_axes import (
     to_inches,
 )
 from goalreach_bringup.figures.figure_file import write_figure
-from goalreach_bringup.localization_study.long_study import LONG_RUNS
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray
 
@@ -118,13 +117,11 @@ def _kidnap(found: Mapping[str, Any]) -> Figure:
 
 def _long(found: Mapping[str, Any]) -> Figure:
     figure, axes = _axes('Driving on and on', 'time, h', 'position error, in')
-    runs = {name: found[name] for name in LONG_RUNS if name in found}
-    odometry = next(iter(runs.values()))['odometry_in']
-    axes.plot(_hours(odometry), odometry, color=GREY, linewidth=0.5, label='odometry alone')
-    for (name, one), color in zip(runs.items(), (BLUE, ORANGE), strict=False):
-        error = one['vision_rms_in']
-        label = f'with images, {name}: rms of a minute'
-        axes.plot(_hours(error), error, color=color, linewidth=0.7, label=label)
+    for name, key, color, width in (
+        ('odometry alone', 'odometry_in', GREY, 0.5),
+        ('with images: rms of a minute', 'vision_rms_in', BLUE, 0.7),
+    ):
+        axes.plot(_hours(found[key]), found[key], color=color, linewidth=width, label=name)
     axes.set_yscale('log')
     axes.legend(fontsize=8, loc='center right')
     return figure

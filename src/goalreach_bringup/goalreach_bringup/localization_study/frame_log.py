@@ -41,9 +41,11 @@ class FrameLog:
         self._state = state
         self._counted = (0, 0)
 
-    def look(self, frame: SensorFrame, output: LocalizerOutput) -> None:
-        """Add a frame whose state nobody computed."""
-        self.add(frame, output, self._estimator.estimate(output.estimate))
+    def look(self, frame: SensorFrame, output: LocalizerOutput) -> bool:
+        """Add a frame whose state nobody computed; return whether its pose counts as good."""
+        state = self._estimator.estimate(output.estimate)
+        self.add(frame, output, state)
+        return output.mode == 'tracking' and state.confidence is Confidence.OK
 
     def add(self, frame: SensorFrame, output: LocalizerOutput, state: RegionState) -> None:
         """Add a frame."""

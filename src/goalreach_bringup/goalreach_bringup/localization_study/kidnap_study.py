@@ -61,11 +61,11 @@ def _until_found(robot: Wanderer) -> dict[str, float]:
     log = FrameLog()
     right_in_a_row = 0
     for step in robot.run(round(_WITHIN_S * _FRAMES_PER_S)):
-        log.look(step.frame, step.output)
+        good = log.look(step.frame, step.output)
         position = step.frame.truth.pose
         pose = step.output.estimate.pose
         away_m = math.hypot(pose.x_m - position.x_m, pose.y_m - position.y_m)
-        right = step.output.mode == 'tracking' and away_m < _RIGHT_M
+        right = good and away_m < _RIGHT_M
         right_in_a_row = right_in_a_row + 1 if right else 0
         if right_in_a_row >= _SURE_FRAMES:
             break

@@ -54,14 +54,13 @@ class LongRun:
 
     Args:
         seed: Of everything random.
-        calibrate: Whether the localizer calibrates itself.
 
     Attributes:
         minutes: How many were driven.
     """
 
-    def __init__(self, seed: int, *, calibrate: bool) -> None:
-        self._robot = Wanderer((seed, 40), noise=noise_preset('nominal'), calibrate=calibrate)
+    def __init__(self, seed: int) -> None:
+        self._robot = Wanderer((seed, 40), noise=noise_preset('nominal'))
         self._regions: RegionMap = Arena().regions
         self.minutes = 0
 

@@ -35,7 +35,6 @@ def drive_on(
     *,
     minutes: int,
     seed: int,
-    calibrate: bool,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[dict[str, Any]]:
     """Drive until so many minutes are there, from where an earlier drive ended.
@@ -44,7 +43,6 @@ def drive_on(
         path: File of JSON lines; the robot is kept beside it.
         minutes: How many in all.
         seed: Of everything random.
-        calibrate: Whether the localizer calibrates itself.
         progress: Called with 1 after each minute.
 
     Returns:
@@ -54,10 +52,10 @@ def drive_on(
         FileFormatError: A file cannot be written.
     """
     keep = path.with_suffix('.robot')
-    run = _kept(keep) or LongRun(seed, calibrate=calibrate)
+    run = _kept(keep) or LongRun(seed)
     done = read_minutes(path)[: run.minutes]
     if len(done) < run.minutes:
-        run, done = LongRun(seed, calibrate=calibrate), []
+        run, done = LongRun(seed), []
     _write(path, 'w', done)
     progress(len(done))
     while len(done) < minutes:

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import functools
 from pathlib import Path
 import tempfile
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from goalreach_bringup.bench.row import BenchRow, Goal
 from goalreach_bringup.localization_study.long_run import BIN_IN, FRAMES_PER_MINUTE
 from goalreach_bringup.localization_study.long_run_file import drive_on, read_minutes
-from goalreach_bringup.processes import each
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['LONG_RUNS', 'kept_long', 'long_rows', 'study_long']
+__all__ = ['kept_long', 'long_rows', 'study_long']
 
-LONG_RUNS: Final = {'not calibrating': False, 'calibrating': True}
 _MINUTES_PER_HOUR = 60
 _STAYS = 1.25
 """An hour is as good as the first one up to this ratio; chosen: hours of one robot on random
@@ -28,36 +25,28 @@ _LOST_SHARE = 0.1
 """Odometry is lost where its region is wrong in so many of the images of a minute. Chosen."""
 
 
-def study_long(*, hours: float, seed: int, jobs: int, folder: Path | None) -> dict[str, Any]:
-    """Return what a day of driving showed, with and without calibration.
+def study_long(*, hours: float, seed: int, folder: Path | None) -> dict[str, Any]:
+    """Return what a day of driving showed.
 
     Args:
-        hours: Length of each drive.
+        hours: Length of the drive.
         seed: Of everything random.
-        jobs: Processes, one for each drive.
         folder: Where finished minutes are kept, to go on from; None for nowhere.
     """
     minutes = max(1, round(hours * _MINUTES_PER_HOUR))
     with tempfile.TemporaryDirectory() as spare:
         place = Path(spare) if folder is None else folder
-        drive = functools.partial(_drive, minutes=minutes, seed=seed, folder=place)
-        return dict(zip(LONG_RUNS, each(drive, tuple(LONG_RUNS), jobs=jobs), strict=True))
+        return _summary(drive_on(_file(place, seed), minutes=minutes, seed=seed))
 
 
 def kept_long(folder: Path, seed: int) -> dict[str, Any] | None:
-    """Return what the drives that are kept showed so far; None where there is none."""
-    kept = {name: read_minutes(_file(folder, name, seed)) for name in LONG_RUNS}
-    found = {name: _summary(minutes) for name, minutes in kept.items() if minutes}
-    return found or None
+    """Return what the drive that is kept showed so far; None where there is none."""
+    minutes = read_minutes(_file(folder, seed))
+    return _summary(minutes) if minutes else None
 
 
-def _file(folder: Path, name: str, seed: int) -> Path:
-    return folder / f'long-{name.replace(" ", "-")}-seed-{seed}.jsonl'
-
-
-def _drive(name: str, *, minutes: int, seed: int, folder: Path) -> dict[str, Any]:
-    path = _file(folder, name, seed)
-    return _summary(drive_on(path, minutes=minutes, seed=seed, calibrate=LONG_RUNS[name]))
+def _file(folder: Path, seed: int) -> Path:
+    return folder / f'long-seed-{seed}.jsonl'
 
 
 def _summary(minutes: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -111,35 +100,15 @@ def _quantile(counts: FloatArray, share: float) -> float:
     return float(BIN_IN * (at + (wanted - before) / max(counts[at], 1.0)))
 
 
-def long_rows(result: dict[str, Any]) -> list[BenchRow]:
+def long_rows(found: dict[str, Any]) -> list[BenchRow]:
     """Return the rows of a day of driving."""
-    rows: list[BenchRow] = []
-    for name, found in result.items():
-        if name in LONG_RUNS:
-            rows += _vision_rows(name, found)
-    plain = next(found for name, found in result.items() if name in LONG_RUNS)
-    first = plain['first_wrong_min']
-    rows.append(
-        BenchRow(
-            name='odometry alone: minute in which its region is wrong for a tenth of the time',
-            unit='min',
-            ours=float(first or plain['minutes']),
-            goal=Goal(of='ours', relation='<=', bound=_WITHIN_MIN),
-            n=plain['minutes'],
-            note=f'wrong for {100.0 * plain["odometry_wrong_share"]:.1f} % of the time from then '
-            f'on; vision for {100.0 * plain["vision_wrong_share"]:.2f} % of all of it',
-        )
-    )
-    return rows
-
-
-def _vision_rows(name: str, found: dict[str, Any]) -> list[BenchRow]:
     hours = found['hours']
     worst = max(hours, key=lambda hour: hour['p95_in'])
     first, last = hours[0], hours[-1]
+    lost_min = found['first_wrong_min']
     return [
         BenchRow(
-            name=f'{name}: position error p95 of the worst hour',
+            name='position error p95 of the worst hour',
             unit='in',
             ours=worst['p95_in'],
             reference=first['p95_in'],
@@ -152,10 +121,19 @@ def _vision_rows(name: str, found: dict[str, Any]) -> list[BenchRow]:
             f'mean NEES {found["nees"]:.2f} (expected 3)',
         ),
         BenchRow(
-            name=f'{name}: a good pose is there',
+            name='a good pose is there',
             unit='% of the time',
             ours=100.0 * found['available'],
             n=found['minutes'],
             note=f'given up {found["lost"]} times',
+        ),
+        BenchRow(
+            name='odometry alone: minute in which its region is wrong for a tenth of the time',
+            unit='min',
+            ours=float(lost_min or found['minutes']),
+            goal=Goal(of='ours', relation='<=', bound=_WITHIN_MIN),
+            n=found['minutes'],
+            note=f'wrong for {100.0 * found["odometry_wrong_share"]:.1f} % of the time from then '
+            f'on; vision for {100.0 * found["vision_wrong_share"]:.2f} % of all of it',
         ),
     ]

@@ -71,9 +71,7 @@ def _noise(asked: argparse.Namespace) -> _Result:
 
 
 def _long(asked: argparse.Namespace) -> _Result:
-    return study_long(
-        hours=asked.hours, seed=asked.seed, jobs=min(asked.jobs, 2), folder=asked.results
-    )
+    return study_long(hours=asked.hours, seed=asked.seed, folder=asked.results)
 
 
 def _inputs(asked: argparse.Namespace) -> _Result:
