@@ -108,13 +108,16 @@ class Simulator:
     def reset(self, start: Pose2) -> None:
         """Put the robot at a pose, standing, its head straight; odometry starts there.
 
-        The errors of the run stay as they were drawn, and the clock goes on.
+        The errors of the run stay as they were drawn, and the clock goes on. Encoders that stand
+        still begin there too: what they count from is defined anew.
 
         Raises:
             ConfigurationError: The body would overlap a wall.
         """
         self.robot.place(start)
         self.head.place()
+        if self._encoders_stood is not None:
+            self._encoders_stood = self.robot.odometry.pose
 
     def change_noise(self, noise: NoiseModel) -> None:
         """Put another robot where this one stands, with errors drawn from another noise model.

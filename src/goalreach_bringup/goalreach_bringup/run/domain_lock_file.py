@@ -15,6 +15,7 @@ from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['domain_lock', 'free_domains']
 
+_FIRST = 10
 
 class DomainTakenError(GoalreachError):
     """Another stack runs in the domain."""
@@ -45,10 +46,11 @@ def domain_lock() -> Iterator[None]:
         yield
 
 
-def free_domains(count: int, first: int = 10) -> list[int]:
-    """Return domains, from the first on, in which no stack of this person runs now."""
+def free_domains(count: int) -> list[int]:
+    """Return domains in which no stack of this person runs now, from ROS_DOMAIN_ID on, else 10."""
     found: list[int] = []
-    domain = first
+    given = os.environ.get('ROS_DOMAIN_ID', '')
+    domain = int(given) if given.isdecimal() else _FIRST
     while len(found) < count:
         with _open(str(domain)) as stream, contextlib.suppress(BlockingIOError):
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
