@@ -29,6 +29,7 @@ __all__ = [
     'Diagnostics',
     'Outbox',
     'StopRequest',
+    'call_process',
     'end_with_launcher',
     'keep_freed_memory',
     'run_nodes',
@@ -41,6 +42,7 @@ _SPIN_S = 0.25
 _DIAGNOSTICS_TICKS = 25
 _STATUS_BAD_CONFIGURATION = 2
 _PR_SET_PDEATHSIG = 1
+_PR_SET_NAME = 15
 _M_TRIM_THRESHOLD = -1
 _M_MMAP_THRESHOLD = -3
 _LARGEST_KEPT_BYTES = 16 << 20
@@ -125,13 +127,14 @@ def run_nodes(
     middle of a callback and end in a traceback.
 
     Args:
-        name: What runs, for messages before a node exists.
+        name: What runs, for lists of processes and for messages before a node exists.
         makers: Each constructs a node.
         arguments: Command line, or None for the process's own.
 
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
     """
+    call_process(name)
     end_with_launcher()
     keep_freed_memory()
     stop = StopRequest()
@@ -208,6 +211,12 @@ def keep_freed_memory() -> None:
     if mallopt is not None:
         mallopt(_M_MMAP_THRESHOLD, _LARGEST_KEPT_BYTES)
         mallopt(_M_TRIM_THRESHOLD, _MOST_KEPT_BYTES)
+
+
+def call_process(name: str) -> None:
+    """Give this process the name that `ps -C` and `top` show, its first 15 letters (Linux)."""
+    if sys.platform.startswith('linux'):
+        ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode())
 
 
 def end_with_launcher() -> None:

@@ -11,6 +11,8 @@ from nav_msgs.msg import Odometry
 import pytest
 from rclpy.qos import QoSProfile
 
+from goalreach_bringup.faults.proc_file import find_child
+from goalreach_bringup.run.plan import NODES
 from goalreach_bringup.run.referee import Progress
 from goalreach_bringup.run.resume import resume_parameters
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
@@ -18,24 +20,16 @@ from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from goalreach_msgs_py.values import Pose2
 import graphs
 
-MODULES = {
-    'nomad200': 'goalreach_sim.nomad200_node',
-    'landmark_localizer': 'goalreach_perception.landmark_localizer_node',
-    'state_estimator': 'goalreach_perception.state_estimator_node',
-    'goal_reaching_controller': 'goalreach_learning.goal_reaching_controller_node',
-}
-
 
 def process_of(launcher: subprocess.Popen[str], node: str) -> int:
     """Return the process id of a node that this launcher started."""
-    for child in children_of(launcher):
-        if MODULES[node] in cmdline(child):
-            return child
-    raise AssertionError(f'{node} is not running')
+    pid = find_child(launcher.pid, node)
+    assert pid is not None, f'{node} is not running'
+    return pid
 
 
 @pytest.mark.graph
-@pytest.mark.parametrize('node', MODULES)
+@pytest.mark.parametrize('node', NODES)
 def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> None:
     domain = graphs.fresh_domain()
     arguments = ['run', '--paths', '1', '--start', '0.5,4.3,-90', '--clock', 'lockstep']
@@ -67,26 +61,14 @@ def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
         with graphs.goalreach(['run'], domain=domain, home=tmp_path) as run:
             assert serve_until(lambda: bool(commands), 30.0), run.communicate()[0]
             while run.poll() is None:
-                for child in children_of(run):
-                    if MODULES['state_estimator'] in cmdline(child):
-                        os.kill(child, signal.SIGKILL)
+                victim = find_child(run.pid, 'state_estimator')
+                if victim is not None:
+                    os.kill(victim, signal.SIGKILL)
                 serve_until(lambda: False, 0.1)
             output, _ = run.communicate()
     assert run.returncode == 1
     assert 'state_estimator: error: was ended by SIGKILL; it keeps dying' in output
     assert 'Traceback' not in output
-
-
-def children_of(launcher: subprocess.Popen[str]) -> list[int]:
-    path = Path(f'/proc/{launcher.pid}/task/{launcher.pid}/children')
-    return [int(child) for child in path.read_text().split()] if path.exists() else []
-
-
-def cmdline(pid: int) -> str:
-    try:
-        return Path(f'/proc/{pid}/cmdline').read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return ''
 
 
 def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:

@@ -9,11 +9,23 @@ from pathlib import Path
 import re
 import struct
 
-__all__ = ['Holdings', 'Listener', 'children_of', 'holdings_of', 'listeners_of', 'processes_with']
+from goalreach_bringup.run.plan import NODES
+
+__all__ = [
+    'Holdings',
+    'Listener',
+    'children_of',
+    'find_child',
+    'holdings_of',
+    'listeners_of',
+    'processes_with',
+]
 
 _TCP_LISTEN = '0A'
 _UDP_UNCONNECTED = '07'
 _MB = 1e6
+_NAME_LENGTH = 15
+"""Linux keeps so many letters of the name of a process."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +81,15 @@ def children_of(pid: int) -> list[int]:
     return [int(word) for word in text.split()]
 
 
+def find_child(pid: int, node: str) -> int | None:
+    """Return the child of a launcher that is a node, or None where there is none now."""
+    return next((child for child in children_of(pid) if _comm(child) == node[:_NAME_LENGTH]), None)
+
+
+def _comm(pid: int) -> str:
+    return _read(pid, 'comm').decode(errors='replace').strip()
+
+
 def processes_with(variable: str, value: str) -> list[int]:
     """Return the processes that were started with a variable of the environment at a value."""
     wanted = f'{variable}={value}'.encode()
@@ -98,7 +119,7 @@ def holdings_of(pid: int) -> Holdings | None:
     if 'RssAnon' not in status:
         return None
     return Holdings(
-        name=_name(_read(pid, 'cmdline').decode(errors='replace').split('\0')),
+        name=_name(_comm(pid), _read(pid, 'cmdline').decode(errors='replace').split('\0')),
         memory_mb=int(status['RssAnon']) * 1024 / _MB,
         threads=int(status['Threads']),
         handles=handles,
@@ -106,11 +127,13 @@ def holdings_of(pid: int) -> Holdings | None:
     )
 
 
-def _name(words: list[str]) -> str:
-    for word in words:
-        if word.startswith('goalreach_') and word != 'goalreach_bringup.cli':
-            return word.rpartition('.')[2].removesuffix('_node')
-    return 'launcher'
+def _name(comm: str, words: list[str]) -> str:
+    """Return the node or the spare that a process calls itself, else the command that it is."""
+    for name in (*NODES, 'composed', 'spare'):
+        if comm == name[:_NAME_LENGTH]:
+            return name
+    commands = [word for word in words if word in {'record', 'dashboard'}]
+    return commands[0] if commands else 'launcher'
 
 
 def listeners_of(pid: int) -> list[Listener]:

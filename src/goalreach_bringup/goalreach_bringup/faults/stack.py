@@ -12,17 +12,12 @@ import threading
 import time
 from typing import Final
 
-from goalreach_bringup.faults.proc_file import children_of
+from goalreach_bringup.faults.proc_file import find_child
+from goalreach_bringup.run.plan import NODES
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['Stack', 'goalreach_command']
 
-_NODE_MODULES: Final = {
-    'nomad200': b'goalreach_sim.nomad200_node',
-    'landmark_localizer': b'goalreach_perception.landmark_localizer_node',
-    'state_estimator': b'goalreach_perception.state_estimator_node',
-    'goal_reaching_controller': b'goalreach_learning.goal_reaching_controller_node',
-}
 _END_S: Final = 20.0
 
 
@@ -95,14 +90,7 @@ class Stack:
 
     def find_node(self, node: str) -> int | None:
         """Return the process id of a node, or None."""
-        for pid in children_of(self.pid):
-            try:
-                words = Path(f'/proc/{pid}/cmdline').read_bytes()
-            except OSError:
-                continue
-            if _NODE_MODULES[node] in words:
-                return pid
-        return None
+        return find_child(self.pid, node)
 
     def send(self, node: str, number: signal.Signals) -> None:
         """Send a signal to a node, if it runs."""
@@ -112,7 +100,7 @@ class Stack:
 
     def stop(self, number: signal.Signals = signal.SIGINT) -> bool:
         """End it; return whether it ended by itself."""
-        for node in _NODE_MODULES:
+        for node in NODES:
             self.send(node, signal.SIGCONT)
         if self.alive:
             self._process.send_signal(number)
@@ -132,7 +120,7 @@ class Stack:
             GoalreachError: One has not, in time.
         """
         deadline_s = time.monotonic() + limit_s
-        while any(self.find_node(node) is None for node in _NODE_MODULES):
+        while any(self.find_node(node) is None for node in NODES):
             if time.monotonic() > deadline_s or not self.alive:
                 raise GoalreachError('the stack did not come up')
             time.sleep(0.05)

@@ -12,12 +12,13 @@ class Backoff:
     """Counts the deaths of one process and spaces its restarts out.
 
     Attributes:
-        first_delay_s: Wait before the first restart; each further one waits twice as long.
+        first_delay_s: Wait before the second restart, after none before the first; each further
+            one waits twice as long.
         limit: Deaths within the window after which it is given up.
         window_s: Deaths longer ago than this are forgiven.
     """
 
-    first_delay_s: float = 0.1
+    first_delay_s: float = 0.2
     limit: int = 5
     window_s: float = 60.0
     _deaths_s: list[float] = field(default_factory=list)
@@ -31,4 +32,5 @@ class Backoff:
         self._deaths_s = [t for t in self._deaths_s if now_s - t < self.window_s] + [now_s]
         if len(self._deaths_s) >= self.limit:
             return None
-        return float(self.first_delay_s * 2.0 ** (len(self._deaths_s) - 1))
+        before = len(self._deaths_s) - 1
+        return float(self.first_delay_s * 2.0 ** (before - 1)) if before else 0.0

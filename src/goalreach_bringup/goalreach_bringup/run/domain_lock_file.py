@@ -17,6 +17,7 @@ __all__ = ['domain_lock', 'free_domains']
 
 _FIRST = 10
 
+
 class DomainTakenError(GoalreachError):
     """Another stack runs in the domain."""
 

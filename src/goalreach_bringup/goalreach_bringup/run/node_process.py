@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+import json
 from pathlib import Path
 import re
 import signal
@@ -27,6 +28,7 @@ class NodeProcess:
         environment: Environment of the process.
         log_path: File that takes all it writes.
         tell: Called with one line for the screen, from a thread of this object.
+        waits: Whether it waits for `become` before it does anything.
     """
 
     def __init__(
@@ -37,6 +39,7 @@ class NodeProcess:
         environment: Mapping[str, str],
         log_path: Path,
         tell: Callable[[str], None],
+        waits: bool = False,
     ) -> None:
         """Start the process in a session of its own: a Ctrl-C is for the launcher to hand on."""
         self.name = name
@@ -47,7 +50,7 @@ class NodeProcess:
         self._process = subprocess.Popen(
             command,
             env=dict(environment),
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE if waits else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -84,6 +87,24 @@ class NodeProcess:
         if self.status is None:
             self._process.send_signal(number)
 
+    def become(self, name: str, arguments: Sequence[str], log_path: Path) -> bool:
+        """Tell a process that waits which node it is; return whether it heard.
+
+        Args:
+            name: The node.
+            arguments: Of its command line.
+            log_path: File that takes all it writes from now on.
+        """
+        self.name, self.log_path = name, log_path
+        stream: IO[str] | None = self._process.stdin
+        try:
+            if stream is not None:
+                stream.write(json.dumps([name, *arguments]) + '\n')
+                stream.close()
+        except OSError:
+            return False
+        return self.status is None
+
     def wait(self, timeout_s: float) -> bool:
         """Return whether the process ended within the time."""
         try:
@@ -96,10 +117,9 @@ class NodeProcess:
         stream: IO[str] | None = self._process.stdout
         if stream is None:
             return
-        with self.log_path.open('a', encoding='utf-8') as log:
-            for line in stream:
+        for line in stream:
+            with self.log_path.open('a', encoding='utf-8') as log:
                 log.write(line)
-                log.flush()
                 text = line.rstrip()
                 self._last_line = text or self._last_line
                 loud = _LOUD.match(text)

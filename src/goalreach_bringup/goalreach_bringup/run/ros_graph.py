@@ -21,6 +21,7 @@ from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, 
 from goalreach_bringup.run.ros_monitor import RunMonitor
 from goalreach_bringup.run.ros_pulse import Pulse
 from goalreach_bringup.run.shared_memory_file import remove_abandoned
+from goalreach_bringup.run.spare_process import Spare
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['Graph', 'NodeDiedError']
@@ -91,18 +92,26 @@ class Graph:
         remove_abandoned()
         self._started_s = time.monotonic()
         write_parameters(self._directory / 'parameters.yaml', self._parameters)
+        self._spare = Spare(
+            environment=self._environment,
+            log_path=self._directory / 'spare.log',
+            tell=self._warn,
+        )
         for name in self._modules:
             self._launch(name, self._directory / 'parameters.yaml')
 
     def _launch(self, name: str, parameters_path: Path) -> None:
-        command = [sys.executable, '-m', self._modules[name], '--ros-args']
-        self._processes[name] = NodeProcess(
+        arguments = ['--ros-args', '--params-file', str(parameters_path), *self._remaps]
+        log_path = self._directory / f'{name}.log'
+        process = self._spare.take(name, arguments, log_path)
+        self._processes[name] = process or NodeProcess(
             name,
-            [*command, '--params-file', str(parameters_path), *self._remaps],
+            [sys.executable, '-m', self._modules[name], *arguments],
             environment=self._environment,
-            log_path=self._directory / f'{name}.log',
+            log_path=log_path,
             tell=self._warn,
         )
+        self._spare.wait(time.monotonic())
 
     def follow(self, monitor: RunMonitor, finished: Callable[[], bool]) -> None:
         """Serve the monitor and watch over the processes until the work is finished.
@@ -118,6 +127,7 @@ class Graph:
                 executor.spin_once(timeout_sec=_SPIN_S)
                 now_s = time.monotonic()
                 self._note_arrivals(monitor, now_s)
+                self._spare.look(now_s)
                 for name, pulse in pulses.items():
                     self._watch(name, pulse, now_s)
         finally:
@@ -134,6 +144,7 @@ class Graph:
         for name in sorted(self._missing.intersection(monitor.get_node_names())):
             self._missing.discard(name)
             self._tell(f'{name} is up ({now_s - self._started_s:.1f} s)')
+            self._spare.wait(now_s)
 
     def _watch(self, name: str, pulse: Pulse, now_s: float) -> None:
         if name in self._restart_at_s:
@@ -156,7 +167,8 @@ class Graph:
         line = f'{name}: error: {reason}'
         if delay_s is None:
             raise NodeDiedError(f'{line}; it keeps dying (log: {self._processes[name].log_path})')
-        self._warn(f'{line}; starting it again in {delay_s:g} s')
+        when = f'in {delay_s:g} s' if delay_s else 'at once'
+        self._warn(f'{line}; starting it again {when}')
         self._restart_at_s[name] = now_s + delay_s
 
     def _restart(self, name: str, pulse: Pulse) -> None:
@@ -171,7 +183,7 @@ class Graph:
 
     def stop(self) -> None:
         """End all processes."""
-        for name in stop_all(list(self._processes.values())):
+        for name in stop_all([*self._processes.values(), *self._spare.processes()]):
             self._warn(f'{name}: error: did not end by itself and was killed')
         self._processes.clear()
         remove_abandoned()

@@ -1,0 +1,45 @@
+"""A process that has imported all that nodes need, and waits to become one of them.
+
+Most of the time from the death of a node to its next life goes into importing libraries; here
+that has been done before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import json
+import signal
+import sys
+from typing import Final
+
+from goalreach_bringup.run import ros_composed
+from goalreach_learning import goal_reaching_controller_node
+from goalreach_msgs_py.ros_node import call_process, end_with_launcher
+from goalreach_perception import landmark_localizer_node, state_estimator_node
+from goalreach_sim import nomad200_node
+
+__all__ = ['main']
+
+_MAINS: Final[Mapping[str, Callable[[], None]]] = {
+    'nomad200': nomad200_node.main,
+    'landmark_localizer': landmark_localizer_node.main,
+    'state_estimator': state_estimator_node.main,
+    'goal_reaching_controller': goal_reaching_controller_node.main,
+    'composed': ros_composed.main,
+}
+
+
+def main() -> None:
+    """Wait for one line, a JSON list of a node's name and its arguments; then be that node."""
+    call_process('spare')
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    end_with_launcher()
+    line = sys.stdin.readline()
+    if not line:  # the launcher has no use for it any more
+        return
+    sys.argv = json.loads(line)
+    _MAINS[sys.argv[0]]()
+
+
+if __name__ == '__main__':
+    main()
