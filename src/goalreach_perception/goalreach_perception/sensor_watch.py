@@ -25,7 +25,9 @@ _SEEN_PX = 12.0
 _INSIDE_PX = 20.0
 """An LED this far inside the image should be seen; chosen."""
 
-_DARK_FRAMES = 15
+_DARK_FRAMES = 12
+"""Images that should show an LED, and do not, after which it is told; chosen."""
+
 _STOOD_M, _STOOD_RAD = 0.001, 0.002
 _MOVED_M = 0.08
 _JUMP_M = 0.1
@@ -149,8 +151,12 @@ class SensorWatch:
         lines = []
         for led, ((u, v), seen) in enumerate(zip(pixels.tolist(), output.landmarks, strict=True)):
             inside = low < u < width - low and low < v < height - low
-            self._unseen[led] = self._unseen[led] + 1 if inside and seen is None else 0
-            if self._unseen[led] and self._unseen[led] % _DARK_FRAMES == 0:
+            if seen is not None:
+                self._unseen[led] = 0
+            if not inside or seen is not None:  # one that leaves the view is as dark as before
+                continue
+            self._unseen[led] += 1
+            if self._unseen[led] % _DARK_FRAMES == 0:
                 lines.append(
                     f'LED {led} is dark or hidden: not seen in {self._unseen[led]} images'
                 )

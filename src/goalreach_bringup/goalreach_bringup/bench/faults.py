@@ -88,8 +88,9 @@ def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Pa
     from goalreach_bringup.faults.results_file import read_verdicts
     from goalreach_bringup.run.domain_lock_file import free_domains
 
-    done = [verdict.kind for verdict in read_verdicts(results)]
-    rng = np.random.default_rng([options.seed, len(done)])
+    verdicts = read_verdicts(results)
+    done = [verdict.kind for verdict in verdicts if not verdict.path_ended]
+    rng = np.random.default_rng([options.seed, len(verdicts)])
     order: list[FaultKind] = []
     for number in range(options.times):  # round by round, so that no node dies too often in a row
         missing = [kind for kind in kinds if options.times - done.count(kind.name) > number]
@@ -170,11 +171,13 @@ def _kind_row(one: KindSummary) -> BenchRow:
 
 
 def _total_rows(verdicts: Sequence[Verdict], summaries: Sequence[KindSummary]) -> list[BenchRow]:
+    from goalreach_bringup.faults.document import recovery_times
+
     def row(name: str, ours: float) -> BenchRow:
         goal = Goal(of='ours', relation='<=', bound=0.0)
         return BenchRow(name=name, unit='', ours=ours, goal=goal, n=len(verdicts))
 
-    times_s = [v.recovery_s for v in verdicts if v.recovery_s is not None]
+    times_s = recovery_times(verdicts)
     return [
         BenchRow(name='kinds of fault', unit='', ours=len(summaries), n=len(verdicts)),
         row('bumps', sum(v.bumps for v in verdicts)),

@@ -11,9 +11,34 @@ import textwrap
 from goalreach_bringup.faults.judge import Verdict
 from goalreach_bringup.faults.kinds import KINDS, FaultKind
 
-__all__ = ['KindSummary', 'fault_document', 'summarise_kinds']
+__all__ = ['KindSummary', 'fault_document', 'recovery_times', 'summarise_kinds']
 
 _WIDTH = 99
+_HEAD = """# Faults, and what comes of them
+
+Each fault was injected into a live stack of four processes at a random moment and place of
+driving, over real DDS on loopback. A gate before every input of every node makes messages late,
+lost, doubled and so on; processes are killed and stopped by signals; what happens to robot, camera
+and lights is switched by the parameters `faults.*` of `nomad200`.
+
+Measured by `{command}`.
+{note}
+* **bumps**: walls run into, from the beginning of the fault until sound driving.
+* **wrong**: faults in which a state with level OK was more than 6 in off the truth.
+* **worst**: the largest error of a state with level OK, metres.
+* **hangs**: faults after which the robot did not drive again within 25 s.
+* **recovery**: seconds from the fault's end (a kill has ended when it is done) to sound driving: a
+  good pose, fresh commands and motion for 0.4 s. Of the graph's clock or of the wall's, whichever
+  is more. Median and 95th percentile.
+* **named**: faults that a log or `/diagnostics` reported by name.
+
+Faults begin at least 1.5 m before the goal region; between two of them the robot is put back.
+Where a path ended all the same before the robot had recovered, the time would hold the way to the
+next start and the search for LEDs there: such a fault counts in every column but the recovery, and
+another one is injected.
+
+| fault | what should come | n | bumps | wrong | worst | hangs | recovery | named |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +76,13 @@ def summarise_kinds(verdicts: Iterable[Verdict]) -> list[KindSummary]:
     return [_summary(kind, by_name[kind.name]) for kind in KINDS if kind.name in by_name]
 
 
+def recovery_times(verdicts: Iterable[Verdict]) -> list[float]:
+    """Return the times to recover, s, of those in which no path ended meanwhile."""
+    return [v.recovery_s for v in verdicts if v.recovery_s is not None and not v.path_ended]
+
+
 def _summary(kind: FaultKind, verdicts: Sequence[Verdict]) -> KindSummary:
-    times_s = sorted(v.recovery_s for v in verdicts if v.recovery_s is not None)
+    times_s = sorted(recovery_times(verdicts))
     rank = max(0, math.ceil(0.95 * len(times_s)) - 1)
     return KindSummary(
         kind=kind,
@@ -75,29 +105,8 @@ def fault_document(summaries: Sequence[KindSummary], command: str, note: str = '
         command: The command that measured it.
         note: A sentence about the machine, or empty.
     """
-    lines = [
-        '# Faults, and what comes of them',
-        '',
-        'Each fault was injected into a live stack of four processes at random moments,',
-        'over real DDS on loopback. A gate before every input of every node makes messages late,',
-        'lost, doubled and so on; processes are killed and stopped by signals; what happens to',
-        'robot, camera and lights is switched by the parameters `faults.*` of `nomad200`.',
-        '',
-        f'Measured by `{command}`.',
-        *(['', *textwrap.wrap(note, _WIDTH)] if note else []),
-        '',
-        '* **bumps**: walls run into, from the beginning of the fault until sound driving.',
-        '* **wrong**: faults in which a state with level OK was more than 6 in off the truth.',
-        '* **worst**: the largest error of a state with level OK, metres.',
-        '* **hangs**: faults after which the robot did not drive again within 25 s.',
-        "* **recovery**: seconds of the graph's clock from the fault's end to sound driving: a",
-        '  good pose, fresh commands and motion for 0.4 s. Median and 95th percentile. It',
-        '  holds the search for the LEDs where a path ended meanwhile and the next one began.',
-        '* **named**: faults that a log or `/diagnostics` reported by name.',
-        '',
-        '| fault | what should come | n | bumps | wrong | worst | hangs | recovery | named |',
-        '| --- | --- | --- | --- | --- | --- | --- | --- | --- |',
-    ]
+    wrapped = '\n'.join(['', *textwrap.wrap(note, _WIDTH), '']) if note else ''
+    lines = [_HEAD.format(command=command, note=wrapped)]
     for one in summaries:
         recovery = f'{one.recovery_median_s:.2f} / {one.recovery_p95_s:.2f}'
         lines.append(

@@ -6,13 +6,17 @@ from collections import deque
 from dataclasses import asdict, dataclass
 import math
 import re
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.units import INCH_M
 from goalreach_msgs_py.values import Confidence, Odometry, RegionState, Twist2
 
-__all__ = ['GOOD_POSE_M', 'Record', 'Verdict']
+__all__ = ['GOOD_POSE_M', 'Moment', 'Record', 'Verdict']
+
+Moment: TypeAlias = tuple[int, float]
+"""A moment by the graph's clock, nanoseconds, and by the wall's, seconds."""
+
 
 GOOD_POSE_M: Final = 6.0 * INCH_M
 """A pose that is believed and farther off than this is wrong."""
@@ -35,10 +39,12 @@ class Verdict:
         bumps: Times the robot ran into a wall from the fault's beginning to the recovery.
         wrong: States believed good whose position was off by more than 6 in.
         worst_m: Largest error of a state believed good.
-        recovery_s: Seconds of the graph's clock from the fault's end to sound driving, or None
-            where that did not come: a hang.
+        recovery_s: Seconds from the fault's end to sound driving, of the graph's clock or of the
+            wall's, whichever is more; None where that did not come: a hang.
         report: The line that named the fault, or an empty text.
         moment_s: When it began, seconds of the graph's clock.
+        path_ended: Whether a path ended meanwhile: then the time holds the way to the next
+            start and the search there, which are no part of the fault.
     """
 
     kind: str
@@ -48,6 +54,7 @@ class Verdict:
     recovery_s: float | None
     report: str
     moment_s: float
+    path_ended: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return it as plain values."""
@@ -62,6 +69,7 @@ class Record:
 
     Attributes:
         clock_ns: The last tick of the graph's clock.
+        paths_ended: Paths that ended since the beginning.
         sent_ns: When ticks were sent, by the system's clock, where that is known.
         lines: What nodes and launcher said since the beginning.
     """
@@ -72,7 +80,8 @@ class Record:
         self._order: deque[int] = deque()
         self._touching = False
         self._healthy = 0
-        self._good_ns = self._command_ns = self._sound_ns = 0
+        self._good_ns = self._command_ns = 0
+        self._sound: Moment = (0, 0.0)
         self._moving = False
         self.clock_ns = 0
         self.sent_ns: dict[int, int] = {}
@@ -81,15 +90,15 @@ class Record:
 
     def begin(self) -> None:
         """Count from now on."""
-        self.bumps = self.wrong = 0
+        self.bumps = self.wrong = self.paths_ended = 0
         self.worst_m = 0.0
-        self.healthy_since_ns: int | None = None
+        self.healthy_since: Moment | None = None
         self.lines.clear()
 
     def end(self) -> None:
         """Look for sound driving from now on: the fault is over."""
         self._healthy = 0
-        self.healthy_since_ns = None
+        self.healthy_since = None
 
     def clock_at(self, wall_ns: int) -> int:
         """Return the graph's clock at a moment of the past: the last tick sent by then.
@@ -110,8 +119,20 @@ class Record:
         truth = self._truth.get(self.clock_ns)
         return 0.0 if truth is None else abs(truth.twist.linear_m_per_s)
 
-    def truth(self, stamp_ns: int, truth: Odometry) -> None:
-        """Take note of where the robot is: the tick of the graph's clock."""
+    @property
+    def y_m(self) -> float:
+        """How far the robot truly is from the goal wall."""
+        truth = self._truth.get(self.clock_ns)
+        return 0.0 if truth is None else truth.pose.y_m
+
+    def truth(self, stamp_ns: int, truth: Odometry, *, wall_s: float) -> None:
+        """Take note of where the robot is: the tick of the graph's clock.
+
+        Args:
+            stamp_ns: The tick.
+            truth: Where it is.
+            wall_s: The time now on the wall's steady clock.
+        """
         self.clock_ns = stamp_ns
         if stamp_ns not in self._truth:
             self._order.append(stamp_ns)
@@ -128,8 +149,8 @@ class Record:
         sound = sound and fresh_ns <= self._command_ns <= stamp_ns
         self._healthy = self._healthy + 1 if sound else 0
         if self._healthy == 1:
-            self._sound_ns = stamp_ns
-        self.healthy_since_ns = self._sound_ns if self._healthy >= _HEALTHY_TICKS else None
+            self._sound = (stamp_ns, wall_s)
+        self.healthy_since = self._sound if self._healthy >= _HEALTHY_TICKS else None
 
     def _touches(self, truth: Odometry) -> bool:
         pose, radius_m = truth.pose, BODY_RADIUS_M + _TOUCH_M
@@ -155,7 +176,14 @@ class Record:
         self._moving = abs(speed) > _MOVES or abs(rate) > _MOVES
 
     def verdict(
-        self, kind: str, named: str, *, began_ns: int, ended_ns: int, sound_ns: int | None
+        self,
+        kind: str,
+        named: str,
+        *,
+        began_ns: int,
+        ended: Moment,
+        sound: Moment | None,
+        speed: float = 1.0,
     ) -> Verdict:
         """Return what came of a fault.
 
@@ -163,10 +191,14 @@ class Record:
             kind: Its name.
             named: Regular expression of the words that name it.
             began_ns: When it began.
-            ended_ns: When it ended.
-            sound_ns: From when on the robot drove soundly again, or None where it did not.
+            ended: When it ended.
+            sound: From when on the robot drove soundly again, or None where it did not.
+            speed: Seconds of the graph's clock in one of the wall's.
         """
-        recovery_s = None if sound_ns is None else max(0.0, (sound_ns - ended_ns) * 1e-9)
+        recovery_s = None
+        if sound is not None:
+            by_graph_s = (sound[0] - ended[0]) * 1e-9
+            recovery_s = round(max(0.0, by_graph_s, (sound[1] - ended[1]) * speed), 3)
         report = next((line for line in self.lines if re.search(named, line)), '')
         return Verdict(
             kind=kind,
@@ -176,4 +208,5 @@ class Record:
             recovery_s=recovery_s,
             report=report,
             moment_s=began_ns * 1e-9,
+            path_ended=self.paths_ended > 0,
         )

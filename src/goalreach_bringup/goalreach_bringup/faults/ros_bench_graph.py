@@ -101,7 +101,7 @@ class BenchGraph:
             tell=self.record.lines.append,
         )
         self.record.begin()
-        if not self.serve_until(lambda: self.record.healthy_since_ns is not None, _UP_S):
+        if not self.serve_until(lambda: self.record.healthy_since is not None, _UP_S):
             raise GoalreachError('the stack does not drive: ' + '; '.join(self.record.lines))
 
     def serve_until(self, condition: Callable[[], bool], limit_s: float) -> bool:

@@ -22,6 +22,7 @@ from goalreach_bringup.faults.judge import Record
 from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_from_msg
 from goalreach_msgs_py.ros_estimate_messages import state_from_msg
+from goalreach_msgs_py.ros_learning_messages import transition_from_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_sensor_messages import odometry_from_msg
 from goalreach_msgs_py.topics import (
@@ -36,6 +37,7 @@ from goalreach_msgs_py.topics import (
     ODOM,
     POSE,
     STATE,
+    TRANSITION,
 )
 
 __all__ = ['GATED', 'PREFIX', 'Gates', 'gate_rules', 'watch_robot']
@@ -115,7 +117,8 @@ def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
     """
 
     def on_truth(message: Odometry) -> None:
-        record.truth(stamp_from_msg(message.header.stamp), odometry_from_msg(message))
+        stamp_ns = stamp_from_msg(message.header.stamp)
+        record.truth(stamp_ns, odometry_from_msg(message), wall_s=time.monotonic())
 
     def on_dated_truth(message: Odometry, info: Mapping[str, int]) -> None:
         record.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
@@ -130,6 +133,18 @@ def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
         except MessageError as error:
             record.lines.append(f'command: {error}')
 
+    create = node.create_subscription
+    # EventsExecutor, which gates need for their speed, knows no message info.
+    create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
+    create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
+    create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
+    _watch_reports(node, record)
+
+
+def _watch_reports(node: Node, record: Record) -> None:
+    def on_action(message: DiagnosticArray) -> None:
+        record.paths_ended += transition_from_msg(message).outcome is not None
+
     def on_log(message: Log) -> None:
         record.lines.append(f'{message.name}: {message.msg}')
 
@@ -140,9 +155,6 @@ def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
                 record.lines.append(f'{status.name}: {status.message} ({values})')
 
     create = node.create_subscription
-    # EventsExecutor, which gates need for their speed, knows no message info.
-    create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
-    create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
-    create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
+    create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS)
     create(Log, '/rosout', on_log, _DEEP_QOS)
     create(DiagnosticArray, DIAGNOSTICS, on_diagnostics, _DEEP_QOS)

@@ -139,7 +139,15 @@ class Injector:
         self._set('faults.carry_to', _ARRAY, self._somewhere())
 
     def _place(self, _kind: FaultKind) -> None:
-        self._set('start_pose', _ARRAY, self._somewhere())
+        self.put(self._somewhere())
+
+    def put(self, pose: list[float]) -> None:
+        """Put the robot at a pose, as a path does that begins.
+
+        Raises:
+            GoalreachError: It does not answer, or there is a wall.
+        """
+        self._set('start_pose', _ARRAY, pose)
         self._await(self._reset.call_async(Trigger.Request()))
 
     def _pause_clock(self, *, on: bool) -> None:

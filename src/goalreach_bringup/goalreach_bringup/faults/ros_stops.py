@@ -63,7 +63,7 @@ def _one(graph: BenchGraph, part: str, how: signal.Signals, rng: np.random.Gener
     record = graph.record
     graph.serve(rng.uniform(0.0, 1.0) / graph.speed)
     fast = graph.serve_until(
-        lambda: record.healthy_since_ns is not None and record.speed_m_per_s > _FULL_SPEED_M_PER_S,
+        lambda: record.healthy_since is not None and record.speed_m_per_s > _FULL_SPEED_M_PER_S,
         _WAIT_S,
     )
     if not fast:
@@ -78,7 +78,7 @@ def _one(graph: BenchGraph, part: str, how: signal.Signals, rng: np.random.Gener
     if how is signal.SIGSTOP:
         _let_go_on(pid)
     record.end()
-    graph.serve_until(lambda: record.healthy_since_ns is not None, _WAIT_S)
+    graph.serve_until(lambda: record.healthy_since is not None, _WAIT_S)
     return round(taken_s, 6)
 
 
