@@ -118,14 +118,21 @@ class BagReader:
             stop_ns: Only messages before this receive time.
 
         Raises:
-            BagError: The file is damaged.
+            BagError: The file is damaged, or holds less than its summary promises.
         """
         wanted = [c for c in self._reader.connections if topics is None or c.topic in topics]
         if not wanted:
             return
+        found = 0
         with _told_of(self.path):
             for connection, time_ns, data in self._reader.messages(wanted, start_ns, stop_ns):
+                found += 1
                 yield BagMessage(topic=connection.topic, time_ns=time_ns, data=bytes(data))
+        whole = start_ns is None and stop_ns is None
+        promised = sum(int(connection.msgcount) for connection in wanted) if whole else 0
+        if found < promised:
+            problem = f'holds {found} of the {promised} messages that its summary promises'
+            raise BagError(self.path, f'{problem}; goalreach record --repair may help')
 
     def close(self) -> None:
         """Close it."""

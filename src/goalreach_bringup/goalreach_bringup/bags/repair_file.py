@@ -93,7 +93,8 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
         compression_mode='MESSAGE' if _compresses_messages(scans) else '',
     )
     broken = [scan for scan in scans if not scan.finished]
-    sound = not broken and _is_readable(path)
+    total = metadata.total
+    sound = not broken and _is_readable(path, total.message_count)
     dropped = 0
     for scan in broken:
         if isinstance(scan, McapScan):
@@ -105,7 +106,6 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
         write_metadata(path, metadata)
         with BagReader(path):
             pass  # what cannot be opened now is damaged beyond repair, and says so
-    total = metadata.total
     return RepairResult(
         path=path,
         messages=total.message_count,
@@ -116,10 +116,11 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
     )
 
 
-def _is_readable(path: Path) -> bool:
+def _is_readable(path: Path, messages: int) -> bool:
+    """Return whether a bag gives all its messages as it is."""
     try:
-        with BagReader(path):
-            return True
+        with BagReader(path) as bag:
+            return sum(1 for _ in bag.messages()) == messages
     except BagError:
         return False
 

@@ -14,6 +14,7 @@ from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, parse_offers
 
 __all__ = ['SqliteScan', 'is_unborn_sqlite', 'repair_sqlite', 'scan_sqlite']
 
+_CHECK_ALL: Final = 'PRAGMA integrity_check(1)'
 _ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 
 
@@ -29,7 +30,7 @@ class SqliteScan:
         path: The file.
         topics: Its topics.
         span: Its messages.
-        finished: Whether it holds a summary.
+        finished: Whether it holds a summary, and indexes that fit its messages.
         compressed: Whether its messages are.
     """
 
@@ -62,14 +63,14 @@ def scan_sqlite(path: Path) -> SqliteScan:
             (answer,) = base.execute('PRAGMA quick_check(1)').fetchone()
             if answer != 'ok':
                 raise BagError(path, f'is damaged beyond repair: {answer}')
-            return _scan(path, base)
+            return _scan(path, base, indexed=base.execute(_CHECK_ALL).fetchone()[0] == 'ok')
     except sqlite3.Error as error:
         raise BagError(path, f'is no SQLite file of a bag: {error}') from None
     except (ValueError, TypeError, AttributeError, KeyError) as error:
         raise BagError(path, f'is damaged: {type(error).__name__}, {error}') from None
 
 
-def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
+def _scan(path: Path, base: sqlite3.Connection, *, indexed: bool) -> SqliteScan:
     definitions = {
         name: (encoding, text)
         for name, encoding, text in base.execute(
@@ -108,19 +109,20 @@ def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
             first_ns=INFINITE_NS if first_ns is None else first_ns,
             last_ns=last_ns or 0,
         ),
-        finished=bool(base.execute('SELECT COUNT(*) FROM metadata').fetchone()[0]),
+        finished=indexed and bool(base.execute('SELECT COUNT(*) FROM metadata').fetchone()[0]),
         compressed=bool(sample) and bytes(sample[0][:4]) == _ZSTD_MAGIC,
     )
 
 
 def repair_sqlite(scan: SqliteScan, metadata: str) -> None:
-    """Add the bag's summary.
+    """Make the indexes anew and add the bag's summary.
 
     Raises:
         OSError: The file cannot be written.
     """
     try:
         with closing(sqlite3.connect(scan.path)) as base, base:
+            base.execute('REINDEX')
             base.execute('DELETE FROM metadata')
             base.execute('INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata))
     except sqlite3.Error as error:

@@ -62,6 +62,8 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     for tally in tallies:
         for seed, text in tally.tracebacks[:_SHOWN]:
             sys.stderr.write(f'{tally.name}, seed {seed}: {text}\n')
+        for seed in tally.hangs[:_SHOWN]:
+            sys.stderr.write(f'{tally.name}, seed {seed}: took too long\n')
     return [*(_row(tally) for tally in tallies), _total(tallies)]
 
 

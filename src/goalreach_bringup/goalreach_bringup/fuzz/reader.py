@@ -16,7 +16,10 @@ from goalreach_msgs_py.errors import GoalreachError
 __all__ = ['Nonsense', 'Reader', 'Tally', 'require_finite', 'try_inputs']
 
 SLOW_S: Final = 5.0
-"""An input that takes longer than this hangs; chosen: a hundred times the usual, and more."""
+"""An input that takes more processor time than this hangs; chosen: a hundred times the usual."""
+
+STUCK_S: Final = 60.0
+"""One that takes longer than this by the clock hangs, whatever it waits for; chosen."""
 
 _LONGEST_LINE: Final = 1500
 
@@ -66,7 +69,7 @@ def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
     tally = Tally(reader.name)
     for seed in seeds:
         tally.inputs += 1
-        began_s = time.monotonic()
+        began_s, worked_s = time.monotonic(), time.process_time()
         try:
             reader.attempt(np.random.default_rng(seed))
             tally.accepted += 1
@@ -80,7 +83,8 @@ def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
             where = f'{frames[-1].filename.rpartition("/")[2]}:{frames[-1].lineno}'
             text = f'{type(error).__name__}: {str(error)[:200]} ({where})'
             tally.tracebacks.append((seed, text))
-        if time.monotonic() - began_s > SLOW_S:
+        worked_s = time.process_time() - worked_s
+        if worked_s > SLOW_S or time.monotonic() - began_s > STUCK_S:
             tally.hangs.append(seed)
     return tally
 
