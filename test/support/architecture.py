@@ -36,7 +36,7 @@ ROSDEP_KEYS = {
 }
 # Without such a key, or only in an extra: pyproject.toml alone names them.
 PIP_ONLY = {
-    'fastapi', 'filterpy', 'gymnasium', 'irsim', 'nicegui', 'rosbags',
+    'atheris', 'fastapi', 'filterpy', 'gymnasium', 'irsim', 'nicegui', 'rosbags',
     'stable_baselines3', 'torch', 'uvicorn',
 }  # fmt: skip
 

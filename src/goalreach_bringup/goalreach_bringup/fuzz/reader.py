@@ -63,6 +63,14 @@ class Tally:
     tracebacks: list[tuple[int, str]] = field(default_factory=list)
     hangs: list[int] = field(default_factory=list)
 
+    def add(self, other: Tally) -> None:
+        """Count what the reader did with further inputs."""
+        self.inputs += other.inputs
+        self.refused += other.refused
+        self.accepted += other.accepted
+        self.tracebacks += other.tracebacks
+        self.hangs += other.hangs
+
 
 def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
     """Return what a reader did with the inputs of some seeds."""

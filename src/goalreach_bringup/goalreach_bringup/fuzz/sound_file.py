@@ -20,8 +20,9 @@ from goalreach_bringup.bags.repair_file import repair_bag
 from goalreach_bringup.bags.storage import StorageOptions
 from goalreach_bringup.bags.topic import BagTopic, QosOffer
 from goalreach_bringup.figures.evaluation_file import read_evaluation
+from goalreach_bringup.fuzz.file_target_file import FileTarget
 from goalreach_bringup.fuzz.mutation import mutate_bytes, mutate_value
-from goalreach_bringup.fuzz.reader import Reader, require_finite
+from goalreach_bringup.fuzz.reader import Reader
 from goalreach_bringup.noise_file import read_noise
 from goalreach_bringup.parameter_file import read_parameters
 from goalreach_bringup.run.plan import NODES
@@ -30,7 +31,7 @@ from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
 
-__all__ = ['bag_readers', 'document_readers']
+__all__ = ['bag_readers', 'bag_targets', 'document_readers', 'document_targets']
 
 _STRING: Final = 'std_msgs/msg/String'
 _EVALUATION: Final[dict[str, Any]] = {
@@ -74,69 +75,86 @@ def _as_yaml(value: object) -> bytes:
     return yaml.safe_dump(value, sort_keys=False).encode('utf-8', errors='replace')
 
 
+def _as_it_is(value: object) -> bytes:
+    return value if isinstance(value, bytes) else b''
+
+
 def document_readers(folder: Path) -> list[Reader]:
     """Return the readers of JSON and YAML files.
 
     Args:
         folder: Where the broken files are written.
     """
+    return [_documents(target) for target in document_targets(folder)]
+
+
+def document_targets(folder: Path) -> list[FileTarget]:
+    """Return the JSON and YAML files, written to a folder."""
     sound = folder / 'sound.json'
     write_policy(sound, Policy.unlearned(Arena().regions))
     policy = json.loads(sound.read_text(encoding='utf-8'))
+
+    def target(
+        name: str,
+        value: object,
+        write: Callable[[object], bytes],
+        read: Callable[[Path], object],
+        *,
+        finite: bool = True,
+    ) -> FileTarget:
+        path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
+        return FileTarget(name=name, sound=value, write=write, path=path, read=read, finite=finite)
+
     return [
-        _documents(folder, 'policy file', policy, _as_json, read_policy),
-        _documents(folder, 'arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
-        _documents(folder, 'arena file, read alone', _ARENA, _as_yaml, read_arena),
-        _documents(folder, 'noise file', _NOISE, _as_yaml, read_noise),
-        _documents(
-            folder,
+        target('policy file', policy, _as_json, read_policy),
+        target('arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
+        target('arena file, read alone', _ARENA, _as_yaml, read_arena),
+        target('noise file', _NOISE, _as_yaml, read_noise),
+        target(
             'parameter file',
             _PARAMETERS,
             _as_yaml,
             lambda path: read_parameters(path, NODES),
             finite=False,
         ),
-        _documents(folder, 'evaluation file', _EVALUATION, _as_json, read_evaluation),
+        target('evaluation file', _EVALUATION, _as_json, read_evaluation),
     ]
 
 
-def _documents(
-    folder: Path,
-    name: str,
-    sound: object,
-    write: Callable[[object], bytes],
-    read: Callable[[Path], object],
-    *,
-    finite: bool = True,
-) -> Reader:
-    """Return a reader of documents of which half have wrong values, half wrong bytes.
+def bag_targets(folder: Path) -> list[FileTarget]:
+    """Return the files of bags, each beside the others of a sound bag."""
+    targets = []
+    for storage, pattern in (('mcap', '*.mcap'), ('sqlite3', '*.db3'), ('mcap', '*.yaml')):
+        bag = folder / f'guided-{storage}-{pattern[2:]}'
+        _write_bag(bag, storage)
+        (path,) = bag.glob(pattern)
+        sound = path.read_bytes()
+        targets.append(
+            FileTarget(
+                name=f'bag, {storage}, {path.suffix}',
+                sound=sound,
+                write=_as_it_is,
+                path=path,
+                read=lambda path: _read_bag(path.parent),
+            )
+        )
+    return targets
 
-    Args:
-        folder: Where they are written.
-        name: What is read.
-        sound: A document that it takes.
-        write: How it is written.
-        read: The reader.
-        finite: Whether what it reads must hold finite numbers only; a later reader sees to it
-            else.
-    """
-    path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
+
+def _documents(target: FileTarget) -> Reader:
+    """Return a reader of documents of which half have wrong values, half wrong bytes."""
 
     def attempt(rng: np.random.Generator) -> object:
-        value = mutate_value(sound, rng) if rng.random() < 0.6 else sound  # noqa: PLR2004
+        value = mutate_value(target.sound, rng) if rng.random() < 0.6 else target.sound  # noqa: PLR2004
         try:
-            data = write(value)
+            data = target.write(value)
         except (yaml.YAMLError, ValueError):
-            data = write(sound)
-        if value is sound or rng.random() < 0.1:  # noqa: PLR2004
+            data = target.write(target.sound)
+        if value is target.sound or rng.random() < 0.1:  # noqa: PLR2004
             data = mutate_bytes(data, rng)
-        path.write_bytes(data)
-        found = read(path)
-        if finite:
-            require_finite(found, name)
-        return found
+        return target.take(data)
 
-    return Reader(name=name, attempt=attempt)
+    return Reader(name=target.name, attempt=attempt)
 
 
 def bag_readers(folder: Path) -> list[Reader]:
