@@ -8,9 +8,18 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from goalreach_bringup.fuzz.guided import GUIDED, is_guided_installed, run_guided
 from goalreach_bringup.fuzz.mutation import mutate_bytes, mutate_value
-from goalreach_bringup.fuzz.reader import Nonsense, Reader, require_finite, try_inputs
+from goalreach_bringup.fuzz.reader import (
+    Nonsense,
+    Reader,
+    Tally,
+    require_finite,
+    try_inputs,
+)
 from goalreach_bringup.fuzz.ros_readers import all_readers
+from goalreach_bringup.fuzz.sound_file import bag_targets, document_targets
+from goalreach_bringup.fuzz.tally_file import TallyFile
 from goalreach_msgs_py.errors import GoalreachError
 
 NAMES = [
@@ -87,3 +96,30 @@ def test_numbers_that_are_none_are_found_however_deep() -> None:
         with contextlib.suppress(Nonsense):
             require_finite(bad)
             pytest.fail(f'{bad} was taken for finite')
+
+
+def test_counts_are_kept_and_gone_on_from(tmp_path: Path) -> None:
+    path = tmp_path / 'counts.jsonl'
+    TallyFile(path).add(Tally('a', inputs=2, refused=1, tracebacks=[(7, 'bad')]))
+    again = TallyFile(path)
+    again.add(Tally('a', inputs=3, refused=3))
+    assert TallyFile(path).of('a').inputs == again.of('a').inputs == 5
+    assert again.of('a').refused == 4
+    assert [text for _, text in again.of('a').tracebacks] == ['bad']
+    assert again.of('b').inputs == 0
+
+
+def test_every_target_of_guided_fuzzing_has_a_name_and_takes_its_sound_file(
+    tmp_path: Path,
+) -> None:
+    targets = [*document_targets(tmp_path), *bag_targets(tmp_path)]
+    assert tuple(target.name for target in targets) == GUIDED
+    for target in targets:
+        assert target.take(target.write(target.sound)) is not None
+
+
+@pytest.mark.skipif(not is_guided_installed(), reason='atheris is not installed')
+def test_atheris_feeds_a_reader(tmp_path: Path) -> None:
+    tally = run_guided('noise file', runs=50, seed=1, folder=tmp_path)
+    assert tally.inputs == 50
+    assert tally.tracebacks == []

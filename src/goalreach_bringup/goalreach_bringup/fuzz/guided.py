@@ -47,7 +47,7 @@ def run_guided(name: str, *, runs: int, seed: int, folder: Path) -> Tally:
     command = [sys.executable, '-m', __name__, name, str(runs), str(seed), str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, errors='replace', check=False)
     said = done.stderr + done.stdout
-    count = re.search(r'Done (\d+) runs', said)
+    count = re.search(r'^Done (\d+)', said, re.MULTILINE)
     tally = Tally(f'{name}, guided')
     tally.inputs = tally.refused = int(count[1]) if count else 0
     if done.returncode or not count:
