@@ -8,7 +8,7 @@ import pytest
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.parameters import build_config
-from goalreach_msgs_py.values import Twist2
+from goalreach_msgs_py.values import Pose2, Twist2
 from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.simulator import Simulator, SimulatorConfig
 
@@ -90,3 +90,13 @@ def test_a_carried_robot_is_elsewhere_and_its_encoders_do_not_know(simulator: Si
 def test_faults_that_cannot_be_are_refused(name: str, value: object) -> None:
     with pytest.raises(ConfigurationError, match=name):
         build_config(SimulatedFaults, {name: value})
+
+
+def test_a_reset_defines_where_frozen_encoders_count_from(simulator: Simulator) -> None:
+    simulator.faults = SimulatedFaults(odometry_frozen=True)
+    start = Pose2(x_m=1.0, y_m=4.0, heading_rad=-1.5)
+    simulator.reset(start)
+    assert simulator.sense().odometry.pose == start
+    simulator.command_drive(Twist2(linear_m_per_s=0.5, steering_rad_per_s=0.0))
+    simulator.advance()
+    assert simulator.sense().odometry.pose == start

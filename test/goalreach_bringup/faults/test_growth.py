@@ -7,14 +7,19 @@ from goalreach_bringup.faults.proc_file import Holdings
 
 
 def samples(
-    pid: int, memory_mb: list[float], *, first_s: float = 0.0, handles: int = 10
+    pid: int,
+    memory_mb: list[float],
+    *,
+    first_s: float = 0.0,
+    handles: int = 10,
+    name: str = 'nomad200',
 ) -> list[Sample]:
     return [
         Sample(
             pid=pid,
             clock_s=first_s + 10.0 * k,
             holdings=Holdings(
-                name='nomad200',
+                name=name,
                 memory_mb=mb,
                 threads=12,
                 handles=handles + k // 50,
@@ -42,3 +47,10 @@ def test_processes_that_came_late_or_went_are_left_out() -> None:
     late = samples(2, [100.0] * 40, first_s=600.0)
     gone = samples(3, [100.0] * 50)
     assert len(growths([*whole, *late, *gone], 100.0)) == 1
+
+
+def test_a_spare_that_became_a_node_is_compared_from_then_on() -> None:
+    waiting = samples(1, [40.0] * 5, name='spare')
+    driving = samples(1, [100.0] * 95, first_s=50.0)
+    (one,) = growths([*waiting, *driving], 0.0)
+    assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 95)

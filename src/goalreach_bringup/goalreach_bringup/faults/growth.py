@@ -63,8 +63,10 @@ def growths(samples: Sequence[Sample], settled_s: float) -> list[Growth]:
     """
     found = []
     last_s = max((sample.clock_s for sample in samples), default=0.0)
-    for pid in dict.fromkeys(sample.pid for sample in samples):
-        own = [s for s in samples if s.pid == pid and s.clock_s >= settled_s]
+    # A spare process that became a node has begun anew: it is told apart by its name.
+    for life in dict.fromkeys((sample.pid, sample.holdings.name) for sample in samples):
+        settled = [s for s in samples if s.clock_s >= settled_s]
+        own = [s for s in settled if (s.pid, s.holdings.name) == life]
         is_there = own and own[-1].clock_s >= 0.95 * last_s
         if is_there and own[0].clock_s <= settled_s + 0.1 * (last_s - settled_s):
             found.append(_growth(own))
