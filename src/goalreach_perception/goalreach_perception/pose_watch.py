@@ -36,8 +36,9 @@ class WatchConfig:
         maximum=1000,
     )
     unseen_after_frames: int = parameter(
-        75,
-        'Images in a row without any LED after which a pose is given up (chosen: 3 s)',
+        200,
+        'Images in a row without any LED after which a pose is given up (chosen: 8 s, in which a '
+        'turret that turned away at full speed comes to the LEDs)',
         minimum=1,
         maximum=100000,
     )
