@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 import contextlib
 import queue
@@ -22,6 +22,7 @@ class Board:
         viewers: Number of pages that are open.
         controls: Values for the controls: `paused`, `mode`, `speed`, `noise`, ...; replaced as
             a whole.
+        on_view: Called after each new view, in the thread that made it.
     """
 
     def __init__(self) -> None:
@@ -29,7 +30,14 @@ class Board:
         self.view: View = {}
         self.viewers = 0
         self.controls: dict[str, Any] = {}
+        self.on_view: Callable[[], object] | None = None
         self._asked: queue.SimpleQueue[tuple[Request, Future[str]]] = queue.SimpleQueue()
+
+    def show(self, view: View, controls: dict[str, Any]) -> None:
+        """Put up a new view and what the controls are to say."""
+        self.view, self.controls = view, controls
+        if self.on_view is not None:
+            self.on_view()
 
     def ask(self, request: Request) -> Future[str]:
         """Hand a request to the graph; the future gives the answer or the reason of refusal."""

@@ -15,7 +15,7 @@ _SILENT_S: Final = 0.8
 _SHOWN_S: Final = 2.0
 """How long a silence is shown at least: a launcher may start a dead node again at once."""
 _WINDOW_S: Final = 2.0
-_SAMPLE_S: Final = 0.2
+_SAMPLE_S: Final = 0.5
 
 
 class NodeStatus(enum.Enum):
@@ -56,13 +56,13 @@ class TopicRate:
         self.heard_s = now_s
 
     def rate_hz(self, now_s: float) -> float:
-        """Return messages per second of wall time over the last two seconds."""
+        """Return messages per second over the last two seconds; renewed twice a second."""
         if not self._samples or now_s - self._samples[-1][0] >= _SAMPLE_S:
             self._samples.append((now_s, self.total))
         while len(self._samples) > 1 and now_s - self._samples[0][0] > _WINDOW_S:
             self._samples.popleft()
-        began_s, count = self._samples[0]
-        return (self.total - count) / (now_s - began_s) if now_s > began_s else 0.0
+        (began_s, before), (ended_s, after) = self._samples[0], self._samples[-1]
+        return (after - before) / (ended_s - began_s) if ended_s > began_s else 0.0
 
 
 class Health:

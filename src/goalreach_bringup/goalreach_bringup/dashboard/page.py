@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+import contextlib
 from importlib import resources
 import math
 from pathlib import Path
@@ -22,7 +23,6 @@ from goalreach_msgs_py.arena import Arena
 
 __all__ = ['Pages']
 
-_PERIOD_S: Final = 0.05
 _ALIVE_S: Final = 1.0
 _STATIC: Final = Path(str(resources.files('goalreach_bringup'))) / 'dashboard' / 'static'
 
@@ -47,7 +47,7 @@ class _Viewer:
 
     def show(self, view: View, now_s: float) -> None:
         """Send what changed; nothing while the last patch is not painted yet."""
-        if not self.ready:
+        if not self.ready or (view is self.shown and now_s - self.sent_s < _ALIVE_S):
             return
         patch = difference(view, self.shown)
         if not patch and now_s - self.sent_s < _ALIVE_S:
@@ -68,6 +68,7 @@ class Pages:
         self._board = board
         self._arena = arena
         self._viewers: dict[str, _Viewer] = {}
+        self._turn = asyncio.Event()
         self._skeleton = (_STATIC / 'page.html').read_text(encoding='utf-8')
 
     def serve(self) -> None:
@@ -96,6 +97,7 @@ class Pages:
             if event.args is True:
                 viewer.shown = {}
             viewer.ready = True
+            self._turn.set()
             self._viewers[client.id] = viewer
             self._board.viewers = len(self._viewers)
 
@@ -112,12 +114,20 @@ class Pages:
         self._board.viewers = len(self._viewers)
 
     async def _send(self) -> None:
-        """Send the newest view to every page that is ready, 20 times a second at most."""
+        """Send each new view to every page that is ready, and to the others when they are."""
+        loop = asyncio.get_running_loop()
+
+        def wake() -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended before the graph
+                loop.call_soon_threadsafe(self._turn.set)
+
+        self._board.on_view = wake
         while True:
-            began_s = time.monotonic()
+            await self._turn.wait()
+            self._turn.clear()
+            now_s = time.monotonic()
             view, controls = self._board.view, self._board.controls
             for viewer in list(self._viewers.values()):
-                viewer.show(view, began_s)
+                viewer.show(view, now_s)
                 if viewer.controls is not None:
                     viewer.controls.follow(controls)
-            await asyncio.sleep(max(0.005, _PERIOD_S - (time.monotonic() - began_s)))

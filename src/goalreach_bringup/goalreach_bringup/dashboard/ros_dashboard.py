@@ -70,8 +70,7 @@ class GraphSide:
             for request, answer in self._board.asked():
                 self._steering.carry_out(request, answer)
         if watched:
-            self._board.view = page_view(self.state, time.monotonic())
-            self._board.controls = self._values(now_s)
+            self._board.show(page_view(self.state, time.monotonic()), self._values(now_s))
 
     def _values(self, now_s: float) -> dict[str, object]:
         robot = self.state.parameters[ROBOT]
