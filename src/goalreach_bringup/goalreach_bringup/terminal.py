@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import math
+import sys
 
 from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    SpinnerColumn,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
@@ -19,7 +22,7 @@ from rich.table import Table
 from goalreach_bringup.path_metrics import PathResult
 from goalreach_msgs_py.units import INCH_M
 
-__all__ = ['progress_bar', 'show_paths_table']
+__all__ = ['at_work', 'progress_bar', 'show_paths_table']
 
 
 @contextmanager
@@ -44,10 +47,32 @@ def progress_bar(
         TimeRemainingColumn(),
         console=console,
         transient=True,
+        redirect_stdout=sys.stdout.isatty(),
         disable=quiet or not console.is_terminal,
     ) as progress:
         task = progress.add_task(label, total=total)
         yield lambda steps: progress.advance(task, steps)
+
+
+@contextmanager
+def at_work(label: str) -> Iterator[None]:
+    """Show on stderr that something goes on, and for how long; nothing off a terminal.
+
+    Args:
+        label: What goes on. Bars that are shown meanwhile stand below it.
+    """
+    console = Console(stderr=True)
+    with Progress(
+        SpinnerColumn(),
+        TextColumn('{task.description}'),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        redirect_stdout=sys.stdout.isatty(),
+        disable=not console.is_terminal,
+    ) as progress:
+        progress.add_task(label, total=None)
+        yield
 
 
 def show_paths_table(

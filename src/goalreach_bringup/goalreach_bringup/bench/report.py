@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import os
 import platform
-from typing import Any
+from typing import Any, Final
 
 from rich.console import Console
-from rich.table import Table
+from rich.padding import Padding
+from rich.text import Text
 
 from goalreach_bringup.bench.row import BenchRow
 
 __all__ = ['machine', 'rows_to_json', 'show_rows']
+
+_INDENT: Final = '  '
 
 
 def machine() -> str:
@@ -26,19 +29,40 @@ def rows_to_json(rows: Sequence[BenchRow], *, seed: int) -> dict[str, Any]:
 
 
 def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> None:
-    """Print rows as a table."""
-    table = Table()
-    table.add_column('what')
-    for heading in ('ours', 'reference', 'ratio', 'goal', 'met'):
-        table.add_column(heading, justify='right')
-    for row in rows:
-        reference = '' if row.reference is None else f'{row.reference:.4g} {row.reference_name}'
-        table.add_row(
-            row.name + (f'\n[dim]{row.note}[/dim]' if row.note else ''),
-            f'{row.ours:.4g} {row.unit}',
-            reference,
-            '' if row.ratio is None else f'{row.ratio:.3g}',
-            '' if row.goal is None else str(row.goal),
-            {True: 'yes', False: 'NO', None: ''}[row.met],
-        )
-    (console or Console(highlight=False)).print(table)
+    """Print rows: names and notes over the full width, the figures in columns below each name."""
+    out = console or Console(highlight=False)
+    head = ('ours', 'reference', 'ratio', 'goal', 'met')
+    figures = [head, *map(_figures, rows)]
+    widths = [max(len(one[column]) for one in figures) for column in range(len(head))]
+
+    def line(one: Sequence[str]) -> str:
+        cells = [f'{cell:>{width}}' for cell, width in zip(one, widths, strict=True)]
+        return _INDENT + '  '.join(cells).rstrip()
+
+    for row, figure in zip((None, *rows), figures, strict=True):
+        if row is not None:
+            out.print(Text(row.name, style='bold'))
+        out.print(Text(line(figure), style='dim' if row is None else _colour(row.met)))
+        for note in () if row is None else _notes(row):
+            out.print(Padding(Text(note, style='dim'), (0, 0, 0, 2 * len(_INDENT)), expand=False))
+
+
+def _figures(row: BenchRow) -> tuple[str, ...]:
+    return (
+        f'{row.ours:.4g} {row.unit}'.rstrip(),
+        '' if row.reference is None else f'{row.reference:.4g}',
+        '' if row.ratio is None else f'{row.ratio:.3g}',
+        '' if row.goal is None else str(row.goal),
+        {True: 'yes', False: 'NO', None: ''}[row.met],
+    )
+
+
+def _notes(row: BenchRow) -> Iterator[str]:
+    if row.reference_name:
+        yield f'reference: {row.reference_name}'
+    if row.note:
+        yield row.note
+
+
+def _colour(met: bool | None) -> str:  # noqa: FBT001 - what a row says
+    return {True: 'green', False: 'red', None: ''}[met]

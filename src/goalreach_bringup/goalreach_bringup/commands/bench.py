@@ -50,11 +50,13 @@ def execute(options: argparse.Namespace) -> int:
     """
     from goalreach_bringup.bench.report import rows_to_json, show_rows
     from goalreach_bringup.summary_file import write_summary
+    from goalreach_bringup.terminal import at_work
     from goalreach_msgs_py.atomic_file import require_writable
 
     if options.json is not None:
         require_writable(options.json)
-    rows = _load(options.suite.replace('-', '_')).execute(options)
+    with at_work(f'bench {options.suite}'):
+        rows = _load(options.suite.replace('-', '_')).execute(options)
     show_rows(rows)
     if options.json is not None:
         write_summary(options.json, rows_to_json(rows, seed=options.seed))

@@ -21,6 +21,8 @@ SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it
 
 _TRIALS = 20
 _BAR = 22
+_WORTH_A_BAR = 500
+"""So many trials take a quarter of a second."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +37,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--json', type=Path, default=None, help='file for trials, seconds and success by trial'
     )
+    parser.add_argument('--quiet', action='store_true', help='show errors only')
 
 
 def execute(options: argparse.Namespace) -> int:
@@ -47,6 +50,7 @@ def execute(options: argparse.Namespace) -> int:
 
     from goalreach_bringup.arena_choice import choose_arena
     from goalreach_bringup.summary_file import write_summary
+    from goalreach_bringup.terminal import progress_bar
     from goalreach_learning.policy_file import write_policy
     from goalreach_learning.training import LearningConfig, greedy_successes, train
     from goalreach_msgs_py.errors import ConfigurationError
@@ -55,14 +59,18 @@ def execute(options: argparse.Namespace) -> int:
         raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
     arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)
+    rng = np.random.default_rng(options.seed)
+    long = config.trials >= _WORTH_A_BAR
     began_s = time.perf_counter()
-    result = train(arena, config, rng=np.random.default_rng(options.seed))
+    with progress_bar('learning', total=config.trials, quiet=options.quiet or not long) as advance:
+        result = train(arena, config, rng=rng, on_trial=(lambda *_: advance(1)) if long else None)
     seconds = time.perf_counter() - began_s
     policy = replace(result.policy, learning={**result.policy.learning, 'seed': options.seed})
     greedy = greedy_successes(arena, policy)
     write_policy(options.out, policy)
-    _show(result, policy, greedy, seconds, paths=config.trials * len(arena.starts))
-    print(f'policy written to {options.out}')
+    if not options.quiet:
+        _show(result, policy, greedy, seconds, paths=config.trials * len(arena.starts))
+        print(f'policy written to {options.out}')
     if options.json is not None:
         write_summary(options.json, _report(options, result, greedy, seconds))
     return 0

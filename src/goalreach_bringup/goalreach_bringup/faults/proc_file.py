@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 import ipaddress
+import os
 from pathlib import Path
 import re
 import struct
@@ -15,10 +16,12 @@ __all__ = [
     'Holdings',
     'Listener',
     'children_of',
+    'descendants_of',
     'find_child',
     'holdings_of',
     'listeners_of',
     'processes_with',
+    'processor_s',
 ]
 
 _TCP_LISTEN = '0A'
@@ -88,6 +91,27 @@ def find_child(pid: int, node: str) -> int | None:
 
 def _comm(pid: int) -> str:
     return _read(pid, 'comm').decode(errors='replace').strip()
+
+
+def descendants_of(pid: int) -> list[int]:
+    """Return the process ids of the children of a process, of theirs, and so on."""
+    parents = {one: int(fields[1]) for one in _all() if (fields := _stat(one))}
+    found, new = [], {pid}
+    while new:
+        new = {one for one, parent in parents.items() if parent in new}
+        found += sorted(new)
+    return found
+
+
+def processor_s(pid: int) -> float:
+    """Return the processor time that a process has used, s; 0 where it has ended."""
+    fields = _stat(pid)
+    return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK') if fields else 0.0
+
+
+def _stat(pid: int) -> list[str]:
+    """Return the fields of /proc/PID/stat from the third, the state, on."""
+    return _read(pid, 'stat').decode(errors='replace').rpartition(')')[2].split()
 
 
 def processes_with(variable: str, value: str) -> list[int]:

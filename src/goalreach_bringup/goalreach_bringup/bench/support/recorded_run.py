@@ -17,7 +17,7 @@ from typing import Final
 from goalreach_bringup.bags.bag_reader_file import BagReader
 from goalreach_bringup.bags.raw_message import stamp_of
 from goalreach_bringup.bags.recording import LOST_KEY, TICK_TOPICS
-from goalreach_bringup.faults.proc_file import children_of
+from goalreach_bringup.faults.proc_file import children_of, processor_s
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = [
@@ -98,14 +98,13 @@ def find_recorder(stack: subprocess.Popen[str], bag: Path) -> int:
 
 def watch_run(pid: int, seconds: float) -> RecordedRun:
     """Look at a recorder for some time."""
-    ticks_per_s = os.sysconf('SC_CLK_TCK')
-    began_s, began_ticks = time.monotonic(), _processor_ticks(pid)
+    began_s, used_before_s = time.monotonic(), processor_s(pid)
     memory_mb = []
     while time.monotonic() - began_s < seconds:
         time.sleep(_SAMPLE_S)
         memory_mb.append(_resident_mb(pid))
     watched_s = time.monotonic() - began_s
-    used_s = (_processor_ticks(pid) - began_ticks) / ticks_per_s
+    used_s = processor_s(pid) - used_before_s
     settled = memory_mb[int(_SETTLED * len(memory_mb)) :]
     return RecordedRun(
         cores=used_s / watched_s,
@@ -113,11 +112,6 @@ def watch_run(pid: int, seconds: float) -> RecordedRun:
         peak_mb=max(memory_mb),
         watched_s=watched_s,
     )
-
-
-def _processor_ticks(pid: int) -> int:
-    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
-    return int(fields[11]) + int(fields[12])
 
 
 def _resident_mb(pid: int) -> float:
