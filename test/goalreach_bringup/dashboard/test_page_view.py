@@ -105,6 +105,17 @@ def test_the_ellipse_holds_95_percent() -> None:
     assert view['ellipse']['transform'] in ('rotate(-0.0)', 'rotate(0.0)')
 
 
+def test_a_pose_that_is_looked_for_leaves_no_trail() -> None:
+    state = full_state()
+    trail = state.robot.estimate_trail.text
+    anywhere = PoseEstimate(
+        pose=Pose2(x_m=0.5, y_m=4.0, heading_rad=0.0), covariance=np.diag([1.0, 1.0, 1.0])
+    )
+    state.add_estimate(2 * STAMP_NS, anywhere)
+    assert state.robot.estimate_trail.text == trail != ''
+    assert state.robot.estimate is anywhere
+
+
 def test_leds_are_marked_where_they_were_seen() -> None:
     html = page_view(full_state(), 10.1)['detections']['html']
     assert 'LED 1' in html

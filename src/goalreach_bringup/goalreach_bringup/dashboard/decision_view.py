@@ -76,7 +76,7 @@ def _note(state: PageState) -> str:
     if state.policy is None:
         return 'no policy heard yet'
     if state.learning:
-        return 'learning: the heading is drawn by chance'
+        return 'learning: drawn by chance'
     return {
         'crisp': 'crisp: one region decides',
         'fuzzy': 'fuzzy: up to four regions vote',

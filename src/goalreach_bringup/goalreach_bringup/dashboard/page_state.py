@@ -24,11 +24,13 @@ from goalreach_msgs_py.values import (
     RegionState,
     Transition,
 )
+from goalreach_perception.state_estimator import StateEstimatorConfig
 
 __all__ = ['TOPICS_OF', 'CameraPicture', 'PageState']
 
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
 _SLACK_NS: Final = 200_000_000
+_SURE_M: Final = StateEstimatorConfig().max_position_sigma_m
 TOPICS_OF: Final = {
     ROBOT: (CLOCK, GROUND_TRUTH),
     LOCALIZER: (POSE,),
@@ -95,8 +97,13 @@ class PageState:
         self.robot = RobotPicture(self.arena.length_m)
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate) -> None:
-        """Take an estimate; it leaves a trail while the state is trusted."""
-        sure = self.state is not None and self.state.confidence is Confidence.OK
+        """Take an estimate; it leaves a trail while it and the state are trusted.
+
+        A localizer that looks for its place says so in its covariance at once, in the state only
+        a moment later.
+        """
+        narrow = float(max(estimate.covariance[0, 0], estimate.covariance[1, 1])) < _SURE_M**2
+        sure = narrow and self.state is not None and self.state.confidence is Confidence.OK
         self.robot.add_estimate(stamp_ns, estimate, sure=sure)
 
     def add_transition(self, stamp_ns: int, transition: Transition) -> None:

@@ -15,7 +15,7 @@ from goalreach_msgs_py.ros_node import StopRequest, end_with_launcher
 
 __all__ = ['serve']
 
-_NICENESS = 5
+_NICENESS = 10
 """The page gives way to the graph where both want the same core."""
 
 

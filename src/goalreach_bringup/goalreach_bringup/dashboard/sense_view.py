@@ -17,6 +17,9 @@ _WINDOW_PX = 20
 """Half-width of the drawn window: the smallest in which the localizer tracks an LED."""
 
 _LEFT, _RIGHT, _TOP, _FLOOR = 8.0, 392.0, 20.0, 74.0
+_BELOW = _TOP + 15.0
+"""Figures stand below the sets' upper edge, clear of their names."""
+
 _WORDS = {
     Confidence.OK: 'sure of its place',
     Confidence.UNCERTAIN: 'not sure of its place',
@@ -141,9 +144,10 @@ def _values(
         right = index == voices[-1] if len(voices) > 1 else x < middle
         side, anchor = (1, 'start') if right else (-1, 'end')
         y = _FLOOR - (_FLOOR - _TOP) * share
+        below = min(max(y + 4, _BELOW), _FLOOR - 3)
         parts.append(
             f'<circle class="mu set-{index}" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
             f'<text class="mu" data-testid="mu-{axis}-{index}" x="{x + 9 * side:.1f}" '
-            f'y="{min(y + 4, _FLOOR - 3):.1f}" text-anchor="{anchor}">{share:.2f}</text>'
+            f'y="{below:.1f}" text-anchor="{anchor}">{share:.2f}</text>'
         )
     return ''.join(parts)

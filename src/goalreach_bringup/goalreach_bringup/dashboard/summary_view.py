@@ -77,7 +77,7 @@ def health_view(state: PageState, now_s: float) -> View:
         status = health.status(name, now_s)
         rate = health.topics.get(TOPICS_OF[name][0])
         words = {
-            NodeStatus.UP: f'{rate.rate_hz(now_s):.0f} Hz' if rate else 'up',
+            NodeStatus.UP: f'{rate.rate_hz(now_s):.0f}\N{NO-BREAK SPACE}Hz' if rate else 'up',
             NodeStatus.QUIET: 'answers, sends nothing',
             NodeStatus.DOWN: _silence(health.silent_s(name, now_s)),
             NodeStatus.UNSEEN: 'not seen',
