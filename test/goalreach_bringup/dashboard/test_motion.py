@@ -50,6 +50,19 @@ def test_a_jump_or_an_earlier_stamp_begins_a_new_trail(later: tuple[int, float])
     assert picture.truth_at(TICK_NS) is None
 
 
+def test_an_estimate_of_the_last_path_is_not_on_the_trail_of_this_one() -> None:
+    picture = RobotPicture(5.08)
+    picture.add_truth(TICK_NS, pose(1.0, 1.0))
+    picture.add_truth(2 * TICK_NS, pose(3.0, 4.0))
+    late, now = (
+        PoseEstimate(pose=pose(*at), covariance=np.eye(3)) for at in ((1.0, 1.0), (3.0, 4.0))
+    )
+    picture.add_estimate(TICK_NS, late, sure=True)
+    assert picture.estimate_trail.text == ''
+    picture.add_estimate(2 * TICK_NS, now, sure=True)
+    assert picture.estimate_trail.text == '300.0,108.0 '
+
+
 def test_odometry_is_laid_where_the_path_began() -> None:
     """The encoders start at (0, 0, 0); the robot stood at (1, 2) and looked along +y."""
     picture = RobotPicture(5.0)

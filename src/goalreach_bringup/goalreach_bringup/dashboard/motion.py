@@ -131,7 +131,7 @@ class RobotPicture:
             pose = estimate.pose
             self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
             self.error_rad = angle_difference(pose.heading_rad, truth.heading_rad)
-        if sure:
+        if sure and (truth is not None or self.truth is None):  # not of the path before
             self.estimate_trail.add(estimate.pose.x_m, estimate.pose.y_m)
 
     def add_odometry(self, stamp_ns: int, pose: Pose2) -> None:
