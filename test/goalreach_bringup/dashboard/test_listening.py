@@ -15,7 +15,6 @@ def test_addresses_are_as_a_person_types_them() -> None:
 
 def test_a_port_that_is_taken_is_refused_and_another_found() -> None:
     with bind('127.0.0.1', 0) as taken:
-        taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(GoalreachError, match=f'127.0.0.1:{port}: cannot listen'):
             bind('127.0.0.1', port)

@@ -69,7 +69,6 @@ def _browsers(options: argparse.Namespace) -> list[BenchRow]:
     """Look at the page of a run in real time, with some browsers open."""
     from goalreach_bringup.bench.support.chromium import ADVICE, is_there
     from goalreach_bringup.bench.support.paged_run import paged_run
-    from goalreach_bringup.run.domain_lock_file import free_domains
 
     counts = [count for count in options.browsers if count == 0 or is_there()]
     if len(counts) < len(options.browsers):
@@ -77,7 +76,7 @@ def _browsers(options: argparse.Namespace) -> list[BenchRow]:
     rows: list[BenchRow] = []
     if counts:
         words = ['--clock', 'realtime', '--seed', str(options.seed)]
-        with paged_run(words, domain=free_domains(1)[0]) as run:
+        with paged_run(words) as run:
             for count in counts:
                 rows += _with_browsers(run, count, options.seconds)
     return rows
@@ -119,13 +118,12 @@ def _surroundings(seen: Look) -> str:
 def _lockstep(options: argparse.Namespace, nodes: str) -> list[BenchRow]:
     """Drive as fast as it goes, by turns without the page and with it."""
     from goalreach_bringup.bench.support.paged_run import paged_run
-    from goalreach_bringup.run.domain_lock_file import free_domains
 
     words = ['--clock', 'lockstep', '--seed', str(options.seed), *_WORDS[nodes]]
     without: list[Look] = []
     paged: list[Look] = []
     rates: list[float] = []
-    with paged_run(words, domain=free_domains(1)[0]) as run:
+    with paged_run(words) as run:
         for number in range(options.rounds):
             for with_page in (False, True) if number % 2 == 0 else (True, False):
                 if with_page:

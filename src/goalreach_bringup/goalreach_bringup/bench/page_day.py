@@ -23,8 +23,8 @@ _HELD: Final = {
     'browser_mb': ('browser, memory of its own', 'MB', None),
     'heap_mb': ("browser, the page's script heap", 'MB', 1.05),
     'nodes': ('browser, nodes of the document', '', 1.05),
-    'handles': ('page, handles', '', 1.0),
-    'threads': ('page, threads', '', 1.0),
+    'handles': ('page, handles', '', 1.05),
+    'threads': ('page, threads', '', 1.05),
 }
 
 
@@ -73,7 +73,7 @@ def _told(minute: dict[str, Any]) -> str:
     return (
         f'{minute["clock_s"] / 3600:6.2f} h  page {minute["page_mb"]:.1f} MB  browser '
         f'{minute["browser_mb"]:.0f} MB, heap {minute["heap_mb"]:.2f} MB  '
-        f'{minute["speed"]:.1f} x real time\n'
+        f'{minute["speed"]:.1f} x real time, {minute["pictures"]} pictures\n'
     )
 
 

@@ -61,6 +61,5 @@ def execute(options: argparse.Namespace) -> int:
     listener = bind(options.host, options.port)
     port = int(listener.getsockname()[1])
     shown = None if options.controls else token  # the launcher tells its own link
-    listener.listen()  # so that who opens the link at once waits, and is not refused
     print(f'live page: {url(options.host, port, shown)}', flush=True)
     return serve(listener, arena=arena, token=token, local=local)

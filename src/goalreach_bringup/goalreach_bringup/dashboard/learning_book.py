@@ -52,6 +52,9 @@ class LearningBook:
         self.bumps += transition.outcome is PathOutcome.BUMP
         self.timeouts += transition.outcome is PathOutcome.TIMEOUT
         self._recent.append(goal)
-        self.curve.append((transition.path + 1, sum(self._recent) / len(self._recent)))
+        number = transition.path + 1
+        while self.curve and self.curve[-1][0] >= number:
+            self.curve.pop()  # a path that is driven again, after a node was started again
+        self.curve.append((number, sum(self._recent) / len(self._recent)))
         if len(self.curve) > _POINTS:
             self.curve = self.curve[::2]

@@ -22,7 +22,7 @@ def is_loopback(host: str) -> bool:
 
 
 def bind(host: str, port: int | None) -> socket.socket:
-    """Return a socket that listens.
+    """Return a socket that listens: who opens the page at once waits, and is not refused.
 
     Args:
         host: Address of this machine.
@@ -39,6 +39,7 @@ def bind(host: str, port: int | None) -> socket.socket:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((host, candidate))
+            listener.listen()  # only then is the port ours alone
         except (OSError, OverflowError) as error:
             listener.close()
             reason = str(error)

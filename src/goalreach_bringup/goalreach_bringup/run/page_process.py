@@ -6,19 +6,19 @@ from collections.abc import Callable
 from importlib.util import find_spec
 import os
 from pathlib import Path
+import re
 import secrets
-import socket
 import sys
 from typing import Final
 
-from goalreach_bringup.dashboard.listening import TOKEN_VARIABLE, bind, url
+from goalreach_bringup.dashboard.listening import TOKEN_VARIABLE
 from goalreach_bringup.run.environment import graph_environment
 from goalreach_bringup.run.node_process import NodeProcess, stop_all
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['PageProcess', 'is_page_wanted']
 
-_HOST: Final = '127.0.0.1'
+_LINK: Final = re.compile(r'^live page: (http://\S+)$', re.MULTILINE)
 
 
 def is_page_wanted(*, asked: bool | None, clock: str) -> bool:
@@ -57,7 +57,6 @@ class PageProcess:
         self._token = secrets.token_urlsafe(16)
         self._process: NodeProcess | None = None
         self._told = False
-        self._port = 0
 
     def start(
         self, directory: Path, *, tell: Callable[[str], None], warn: Callable[[str], None]
@@ -66,16 +65,14 @@ class PageProcess:
 
         Args:
             directory: The run's directory.
-            tell: Called with the address once the page is up.
+            tell: Called with the address once the page has told it.
             warn: Called with one line of trouble.
         """
-        with bind(_HOST, None) as listener:
-            self._port = int(listener.getsockname()[1])
         self._tell, self._warn = tell, warn
         command = [sys.executable, '-m', 'goalreach_bringup.cli', 'dashboard', '--controls']
         self._process = NodeProcess(
             'dashboard',
-            [*command, '--port', str(self._port), '--arena', self._arena],
+            [*command, '--arena', self._arena],
             environment={
                 **graph_environment(os.environ, directory),
                 TOKEN_VARIABLE: self._token,
@@ -85,19 +82,22 @@ class PageProcess:
         )
 
     def look(self) -> None:
-        """Tell the address when the page is up, or that it ended; the run goes on without it."""
+        """Tell the address once the page has one, or that it ended; the run goes on without it.
+
+        The page finds its port itself: a port that is looked for here could be another's there.
+        """
         if self._process is None or self._told:
             return
         if self._process.status is not None:
             self._told = True
             self._warn(f'dashboard: error: {self._process.last_words()}')
-        elif self._answers():
+        elif found := _LINK.search(self._said()):
             self._told = True
-            self._tell(f'live page: {url(_HOST, self._port, self._token)}')
+            self._tell(f'live page: {found[1]}?token={self._token}')
 
-    def _answers(self) -> bool:
-        with socket.socket() as probe:
-            return probe.connect_ex((_HOST, self._port)) == 0
+    def _said(self) -> str:
+        path = self._process.log_path if self._process is not None else None
+        return path.read_text(encoding='utf-8') if path is not None and path.exists() else ''
 
     def stop(self) -> None:
         """End it."""

@@ -11,9 +11,8 @@ from typing import Any, Final
 import uuid
 
 from goalreach_bringup.bench.support.chromium import ADVICE, Page, is_there, open_page
-from goalreach_bringup.bench.support.paged_run import LivePage, live_page, paged_run
+from goalreach_bringup.bench.support.paged_run import LivePage, PagedRun, live_page, paged_run
 from goalreach_bringup.faults.proc_file import descendants_of, holdings_of
-from goalreach_bringup.run.domain_lock_file import free_domains
 from goalreach_msgs_py.atomic_file import write_text_atomically
 from goalreach_msgs_py.errors import GoalreachError
 
@@ -47,41 +46,55 @@ def watch_page(
         words = ['--composed', '--clock', 'lockstep', '--seed', str(seed)]
         words += ['--params-file', str(parameters)]
         with (
-            paged_run(words, domain=free_domains(1)[0]) as run,
+            paged_run(words) as run,
             live_page(run) as page,
             open_page(page.url, logs=False) as browser,
         ):
-            name, began_s = uuid.uuid4().hex[:8], time.monotonic()
-            clock_s = opened_s = run.clock.now_s()
-            while clock_s - opened_s < 3600.0 * hours:
-                before_s, wall_s = clock_s, time.monotonic()
-                browser.count_pictures()
-                run.clock.wait_until(before_s + _MINUTE_S, _STALLED_S)
-                clock_s = run.clock.now_s()
-                speed = (clock_s - before_s) / (time.monotonic() - wall_s)
-                seen = _holdings(page, browser)
-                keep(
-                    {
-                        'page': name,
-                        'clock_s': round(clock_s - opened_s, 2),
-                        'wall_s': round(time.monotonic() - began_s, 1),
-                        'speed': round(speed, 2),
-                        'load': os.getloadavg()[0],
-                        **seen,
-                    }
-                )
+            minutes = _Minutes(run, page, browser)
+            while minutes.clock_s < 3600.0 * hours:
+                keep(minutes.next())
+
+
+class _Minutes:
+    """Looks at a page once in a simulated minute.
+
+    Attributes:
+        clock_s: Simulated seconds since the page was opened.
+    """
+
+    def __init__(self, run: PagedRun, page: LivePage, browser: Page) -> None:
+        self._run, self._page, self._browser = run, page, browser
+        self._name = uuid.uuid4().hex[:8]
+        self._opened_s, self._began_s = run.clock.now_s(), time.monotonic()
+        self.clock_s, self._wall_s, self._pictures = 0.0, 0.0, 0
+        browser.count_pictures()
+
+    def next(self) -> dict[str, Any]:
+        """Wait for the next minute; return what was seen since the last and what is held now."""
+        self._run.clock.wait_until(self._opened_s + self.clock_s + _MINUTE_S, _STALLED_S)
+        before_s, wall_s, shown = self.clock_s, self._wall_s, self._pictures
+        self.clock_s = self._run.clock.now_s() - self._opened_s
+        self._wall_s = time.monotonic() - self._began_s
+        self._pictures = self._browser.pictures()
+        return {
+            'page': self._name,
+            'clock_s': round(self.clock_s, 2),
+            'wall_s': round(self._wall_s, 1),
+            'speed': round((self.clock_s - before_s) / (self._wall_s - wall_s), 2),
+            'load': os.getloadavg()[0],
+            'pictures': self._pictures - shown,
+            **_holdings(self._page, self._browser),
+        }
 
 
 def _holdings(page: LivePage, browser: Page) -> dict[str, float]:
     """Return what the page's process and its browser hold; garbage is thrown away before."""
-    pictures = browser.pictures()
     browser.collect_garbage()
     own = holdings_of(page.pid)
     if own is None:
         raise GoalreachError('the page has ended')
     theirs = [holdings_of(pid) for pid in descendants_of(browser.pid)]
     return {
-        'pictures': pictures,
         'page_mb': own.memory_mb,
         'handles': own.handles,
         'threads': own.threads,

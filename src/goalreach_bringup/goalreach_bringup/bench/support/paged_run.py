@@ -18,10 +18,13 @@ from typing import Final
 from goalreach_bringup.bench.support.ros_run_clock import RunClock
 from goalreach_bringup.faults.proc_file import descendants_of, processor_s
 from goalreach_bringup.faults.stack import Stack, goalreach_command
+from goalreach_bringup.run.domain_lock_file import free_domains
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['LivePage', 'Look', 'PagedRun', 'live_page', 'look', 'paged_run']
 
+_FIRST_DOMAIN: Final = 50
+_DOMAINS: Final = 40
 _UP_S: Final = 40.0
 _BEGUN_S: Final = 2.0
 _END_S: Final = 10.0
@@ -80,13 +83,16 @@ class Look:
 
 
 @contextmanager
-def paged_run(arguments: Sequence[str], *, domain: int) -> Iterator[PagedRun]:
+def paged_run(arguments: Sequence[str]) -> Iterator[PagedRun]:
     """Start `goalreach run` without a page and wait until it drives; end it after.
+
+    It has a ROS domain of its own, away from the lowest, where other suites begin to look.
 
     Raises:
         GoalreachError: It does not come up.
     """
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
+        domain = free_domains(1, first=_FIRST_DOMAIN + os.getpid() % _DOMAINS)[0]
         clock = RunClock(domain)
         said: list[str] = []
         stack = Stack(
