@@ -40,6 +40,7 @@ def shown(width: int, *, terminal: bool = False) -> str:
 def test_no_line_is_wider_than_the_terminal_and_figures_are_never_broken(width: int) -> None:
     lines = shown(width).splitlines()
     assert max(map(len, lines)) <= width
+    assert lines == [line.rstrip() for line in lines]
     figures = [line.split() for line in lines if '<=' in line]
     assert figures[0] == ['0.2966', 'ms', '1.062', '0.279', 'ratio', '<=', '1', 'yes']
     assert figures[1] == ['3', '<=', '0', 'NO']

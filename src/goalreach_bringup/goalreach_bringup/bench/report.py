@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 import os
 import platform
+from textwrap import wrap
 from typing import Any, Final
 
 from rich.console import Console
-from rich.padding import Padding
 from rich.text import Text
 
 from goalreach_bringup.bench.row import BenchRow
@@ -34,6 +34,7 @@ def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> No
     head = ('ours', 'reference', 'ratio', 'goal', 'met')
     figures = [head, *map(_figures, rows)]
     widths = [max(len(one[column]) for one in figures) for column in range(len(head))]
+    indent = 2 * _INDENT
 
     def line(one: Sequence[str]) -> str:
         cells = [f'{cell:>{width}}' for cell, width in zip(one, widths, strict=True)]
@@ -44,7 +45,8 @@ def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> No
             out.print(Text(row.name, style='bold'))
         out.print(Text(line(figure), style='dim' if row is None else _colour(row.met)))
         for note in () if row is None else _notes(row):
-            out.print(Padding(Text(note, style='dim'), (0, 0, 0, 2 * len(_INDENT)), expand=False))
+            wrapped = wrap(note, out.width, initial_indent=indent, subsequent_indent=indent)
+            out.print(Text('\n'.join(wrapped), style='dim'))
 
 
 def _figures(row: BenchRow) -> tuple[str, ...]:

@@ -81,7 +81,7 @@ class PageClient:
         await self._socket.emit('event', {**self._event, 'args': answer})
 
     async def _on_words(self, message: dict[str, Any]) -> None:
-        if '"apply"' in message.get('code', ''):
+        if '"apply"' in message.get('code', '') and self._socket.connected:
             self.pictures += 1
             await self._ask(everything=False)
 
