@@ -10,6 +10,7 @@ import pytest
 from goalreach_bringup.bench.page import configure, execute
 from goalreach_bringup.cli import main
 from goalreach_bringup.faults.proc_file import descendants_of, processor_s
+import graphs
 
 pytest.importorskip('nicegui')
 
@@ -21,7 +22,8 @@ def options(*words: str) -> argparse.Namespace:
 
 
 @pytest.mark.graph
-def test_a_run_is_compared_with_itself_under_a_page() -> None:
+def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
     words = ('--browsers', '0', '--seconds', '1', '--rounds', '1', '--nodes', 'composed')
     rows = {row.name: row for row in execute(options(*words))}
     assert len(rows) == 5

@@ -23,8 +23,6 @@ from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['LivePage', 'Look', 'PagedRun', 'live_page', 'look', 'paged_run']
 
-_FIRST_DOMAIN: Final = 50
-_DOMAINS: Final = 40
 _UP_S: Final = 40.0
 _BEGUN_S: Final = 2.0
 _END_S: Final = 10.0
@@ -86,13 +84,11 @@ class Look:
 def paged_run(arguments: Sequence[str]) -> Iterator[PagedRun]:
     """Start `goalreach run` without a page and wait until it drives; end it after.
 
-    It has a ROS domain of its own, away from the lowest, where other suites begin to look.
-
     Raises:
         GoalreachError: It does not come up.
     """
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
-        domain = free_domains(1, first=_FIRST_DOMAIN + os.getpid() % _DOMAINS)[0]
+        domain = free_domains(1)[0]
         clock = RunClock(domain)
         said: list[str] = []
         stack = Stack(
