@@ -209,7 +209,7 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_together() -> None:
 
     def known() -> float:
         direction = np.zeros(LEDS + 9)
-        predicted = state._predicted_m
+        predicted = state._motion._predicted_m
         direction[[0, 1, 2]] = -predicted[1], predicted[0], 1.0
         direction[LEDS::3], direction[LEDS + 1 :: 3] = -surveyed_m[:, 1], surveyed_m[:, 0]
         return float(direction @ np.linalg.solve(state.covariance, direction))

@@ -82,7 +82,7 @@ def test_without_any_led_a_pose_is_doubted_after_a_fifth_of_a_second_and_ended_a
     for _ in range(200):
         watch.judge(0, 0)
         modes.append(watch.mode)
-    assert modes == [Mode.TRACKING] * 5 + [Mode.DOUBTFUL] * 194 + [Mode.SEARCHING]
+    assert modes == [Mode.TRACKING] * 50 + [Mode.DOUBTFUL] * 149 + [Mode.SEARCHING]
 
 
 def test_a_pair_is_confirmed_by_three_images() -> None:

@@ -131,13 +131,14 @@ class SpotDetector:
     def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
         """Return the centroids of patches around peaks, with the tests of their shape.
 
-        Read noise moves a centroid by noise / peak whatever the width of the spot, as measured
-        on rendered spots (the Cramer-Rao bound of a Gaussian spot is sqrt(2 / pi) of that).
+        A spot is cut by the border where its edge, twice its standard deviation away for a disc of
+        light, lies beyond. Read noise moves a centroid by noise / peak whatever the width of the
+        spot, as measured on rendered spots (the Cramer-Rao bound of a Gaussian spot is
+        sqrt(2 / pi) of that).
         """
         count = len(corners)
         moments = self._moments(image, corners, background_dn)
         height, width = image.shape
-        right, bottom = width - 1 - self._border, height - 1 - self._border
         pixels: list[tuple[float, float]] = []
         peaks = [int(image[v, u]) if u >= 0 else 0 for u, v in corners]
         good = [False] * count
@@ -148,7 +149,8 @@ class SpotDetector:
             u_px, v_px = u + shift_u, v + shift_v
             pixels.append((u_px, v_px))
             variance = 0.5 * (sum_2 / light - shift_u * shift_u - shift_v * shift_v)
-            inside = self._border <= u_px <= right and self._border <= v_px <= bottom
+            reach = max(self._border, 2.0 * math.sqrt(max(variance, 0.0)) + 1.0)
+            inside = reach <= u_px <= width - 1 - reach and reach <= v_px <= height - 1 - reach
             good[index] = inside and self._like_an_led(peak, peak - background_dn, light, variance)
         sigmas = [
             math.hypot(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2
 
@@ -104,16 +105,18 @@ def _equal(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
 
 
 def odometry_jump(
-    moved_m: float, turned_rad: float, dt_s: float, *, speed_m_per_s: float, turn_rad_per_s: float
+    before: Pose2, now: Pose2, dt_s: float, *, speed_m_per_s: float, turn_rad_per_s: float
 ) -> bool:
     """Return whether odometry moved as no robot can.
 
     Args:
-        moved_m: Distance between two odometry poses.
-        turned_rad: Turn between them.
+        before: Odometry pose at the last image.
+        now: Odometry pose now.
         dt_s: Time between them.
         speed_m_per_s: Fastest the robot drives.
         turn_rad_per_s: Fastest it steers.
     """
-    too_far = abs(moved_m) > 1.5 * speed_m_per_s * dt_s + 0.02
+    moved_m = math.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
+    turned_rad = angle_difference(now.heading_rad, before.heading_rad)
+    too_far = moved_m > 1.5 * speed_m_per_s * dt_s + 0.02
     return too_far or abs(turned_rad) > 1.5 * turn_rad_per_s * dt_s + 0.05

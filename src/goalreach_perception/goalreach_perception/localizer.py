@@ -1,25 +1,15 @@
-"""Images in, poses with honest covariances and head targets out.
-
-It tracks while the LEDs are where they should be, and then publishes a pose; else it searches.
-"""
+"""Images in, poses and head targets out: tracks LEDs that are where they should be, or searches."""
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.values import (
-    FloatArray,
-    HeadAngles,
-    LandmarkObservation,
-    Odometry,
-    Pose2,
-    PoseEstimate,
-)
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Pose2, PoseEstimate
 from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.association import Fix
 from goalreach_perception.detection import Image, SpotDetector
@@ -27,7 +17,12 @@ from goalreach_perception.head_tracker import HeadTracker
 from goalreach_perception.input_check import FrozenCamera, input_fault, odometry_jump
 from goalreach_perception.landmark_tracking import SeenLeds, correct_by, find_predicted
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput, anywhere
+from goalreach_perception.localizer_output import (
+    LocalizerCounters,
+    LocalizerOutput,
+    anywhere,
+    observations,
+)
 from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
 from goalreach_perception.optics import Optics
 from goalreach_perception.pose_filter import PoseFilter
@@ -70,6 +65,12 @@ class LandmarkLocalizer:
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
         self._frozen = FrozenCamera()
+        self._rough = False
+        self._jumped = functools.partial(
+            odometry_jump,
+            speed_m_per_s=config.robot_speed_m_per_s,
+            turn_rad_per_s=config.robot_turn_rad_per_s,
+        )
         self._anywhere = anywhere(config.arena_width_m, config.arena_length_m)
 
     @property
@@ -108,8 +109,8 @@ class LandmarkLocalizer:
             self._optics = Optics(camera)
         self._counts['frames'] += 1
         self._move(time_ns, odometry)
-        searching = self._watch.mode is Mode.SEARCHING
-        seen = None if searching else self._follow(image, joints, self._optics)
+        tracking = self._watch.mode is not Mode.SEARCHING
+        seen = self._follow(image, joints, self._optics) if tracking else None
         if self._watch.mode in (Mode.SEARCHING, Mode.DOUBTFUL):
             seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
@@ -120,7 +121,7 @@ class LandmarkLocalizer:
         self._counts['refused'] += 1
         return LocalizerOutput(
             estimate=self._anywhere,
-            landmarks=(None,) * (len(self._config.landmarks_m) // 3),
+            landmarks=observations(None, len(self._filter.leds_m)),
             head_command=_REST if self._output is None else self._output.head_command,
             mode=Mode.REFUSED.value,
             reason=fault,
@@ -132,20 +133,14 @@ class LandmarkLocalizer:
         now = odometry.pose
         if self._last is not None:
             before_ns, before = self._last
-            jumped = odometry_jump(
-                math.hypot(now.x_m - before.x_m, now.y_m - before.y_m),
-                angle_difference(now.heading_rad, before.heading_rad),
-                (time_ns - before_ns) * 1e-9,
-                speed_m_per_s=self._config.robot_speed_m_per_s,
-                turn_rad_per_s=self._config.robot_turn_rad_per_s,
-            )
-            if jumped:
+            dt_s = (time_ns - before_ns) * 1e-9
+            if self._jumped(before, now, dt_s):
                 self._acquisition.clear()
                 self._head.search_anew()
                 self._counts['lost'] += self._watch.mode is not Mode.SEARCHING
                 self._watch.lose('odometry jumped')
             elif self._watch.mode is not Mode.SEARCHING:
-                self._filter.forget((time_ns - before_ns) * 1e-9)
+                self._filter.forget(dt_s)
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
 
@@ -170,13 +165,22 @@ class LandmarkLocalizer:
             self._filter.forget(math.inf)
             if believed:
                 self._acquisition.clear()
-        elif used is not None and len(used.leds) >= _TRIPLE and self._watch.check_due():
+        elif used is not None and len(used.leds) >= _TRIPLE:
             self._check(used, joints, optics)
         return seen if used is None else used
 
     def _check(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
-        """Compare the filter with what the image alone says; believe the image if need be."""
-        if (fix := self._acquisition.from_image(seen, joints, optics)) is None:
+        """Compare the filter with what the image alone says; believe the image if need be.
+
+        A pose from two LEDs or a panorama was too rough for a filter that linearizes, which would
+        stay too sure of it: three begin it again.
+        """
+        due = self._rough or self._watch.check_due()
+        if not due or (fix := self._acquisition.from_image(seen, joints, optics)) is None:
+            return
+        if self._rough:
+            self._filter.recall()
+            self._restart(fix, seen, joints, optics)
             return
         distance2 = self._acquisition.distance2(fix, joints)
         self._counts['contradicted'] += distance2 > self._config.watch.check_gate
@@ -205,6 +209,7 @@ class LandmarkLocalizer:
     def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
         """Start the filter at a pose."""
         self._filter.start(pose, covariance)
+        self._rough = leds is None or len(leds) < _TRIPLE
         self._counts['acquired'] += 1
         self._watch.start(leds)
 
@@ -221,11 +226,6 @@ class LandmarkLocalizer:
     ) -> LocalizerOutput:
         """Compose the output."""
         state, mode = self._filter, self._watch.mode
-        landmarks: list[LandmarkObservation | None] = [None] * len(state.leds_m)
-        if seen is not None:
-            places, peaks = seen.spots.pixels_px.tolist(), seen.spots.peaks_dn
-            for led, (u, v), peak in zip(seen.leds.tolist(), places, peaks, strict=True):
-                landmarks[led] = LandmarkObservation(u_px=u, v_px=v, peak_dn=float(peak))
         estimate = self._anywhere
         if mode is Mode.TRACKING:
             estimate = PoseEstimate(pose=state.pose, covariance=state.covariance[:3, :3].copy())
@@ -242,7 +242,7 @@ class LandmarkLocalizer:
             )
         return LocalizerOutput(
             estimate=estimate,
-            landmarks=tuple(landmarks),
+            landmarks=observations(seen, len(state.leds_m)),
             head_command=command,
             mode=mode.value,
             reason=self._watch.reason,

@@ -8,8 +8,9 @@ import math
 import numpy as np
 
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
+from goalreach_perception.landmark_tracking import SeenLeds
 
-__all__ = ['LocalizerCounters', 'LocalizerOutput', 'anywhere']
+__all__ = ['LocalizerCounters', 'LocalizerOutput', 'anywhere', 'observations']
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,3 +74,18 @@ def anywhere(width_m: float, length_m: float) -> PoseEstimate:
     variances = [width_m**2 / 12.0, length_m**2 / 12.0, math.pi**2 / 3.0]
     middle = Pose2(x_m=0.5 * width_m, y_m=0.5 * length_m, heading_rad=0.0)
     return PoseEstimate(pose=middle, covariance=np.diag(variances))
+
+
+def observations(seen: SeenLeds | None, led_count: int) -> tuple[LandmarkObservation | None, ...]:
+    """Return where each LED was seen, None where it was not.
+
+    Args:
+        seen: The LEDs found in an image, or None.
+        led_count: How many there are.
+    """
+    landmarks: list[LandmarkObservation | None] = [None] * led_count
+    if seen is not None:
+        places, peaks = seen.spots.pixels_px.tolist(), seen.spots.peaks_dn
+        for led, (u, v), peak in zip(seen.leds.tolist(), places, peaks, strict=True):
+            landmarks[led] = LandmarkObservation(u_px=u, v_px=v, peak_dn=float(peak))
+    return tuple(landmarks)

@@ -7,37 +7,32 @@ are estimated; without it they are considered (Schmidt, "Application of state-sp
 navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
 pose are kept, so the covariance is honest in both cases.
 
-Robot and LEDs turned, shifted or scaled together look the same, so no image may make the filter
-surer of that. Derivatives taken at ever new estimates do (Huang, Mourikis and Roumeliotis,
-"Analysis and improvement of the consistency of extended Kalman filter based SLAM", ICRA 2008);
-hence here, as they propose, a state is always linearized where it was first: LEDs and camera
-height at the survey, a position where it was predicted.
+Robot and LEDs turned together look the same, so no image may make the filter surer of that turn.
+Derivatives taken at ever new estimates do (Huang, Mourikis and Roumeliotis, "Analysis and
+improvement of the consistency of extended Kalman filter based SLAM", ICRA 2008). Here, as they
+propose, those by the heading keep to the first estimates: LEDs as surveyed, positions as
+predicted. The others are taken at the best estimates: near an LED, those of the survey would be
+wrong by more than a spot is.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.fading_memory import FadingMemory
 from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.measurement_model import (
-    DRIFT,
     FOCAL,
-    HEADING,
     HEIGHT,
     LEDS,
-    PAN_BIAS,
-    SCALE,
-    TILT_BIAS,
     Lens,
     prior_sigmas,
 )
+from goalreach_perception.odometry_motion import OdometryMotion
 from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
 from goalreach_perception.tracking_model import View, led_jacobian, led_pixels, offsets_from
 
@@ -75,7 +70,7 @@ class PoseFilter:
         self._calibrate = calibrate
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
         size = LEDS + leds_m.size
-        self._transition = np.eye(size)
+        self._motion = OdometryMotion(size)
         self.mean: FloatArray = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
         sigmas = prior_sigmas(noise, len(leds_m))
@@ -85,7 +80,7 @@ class PoseFilter:
             fading[HEIGHT:] = False
         self._memory = FadingMemory(self.mean, sigmas, fading, config.memory_s)
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
-        self._predicted_m = (0.0, 0.0)
+        self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
         self.accepted = (0.0, 0)
 
     @property
@@ -118,12 +113,6 @@ class PoseFilter:
         )
 
     @property
-    def _surveyed_offsets_m(self) -> list[tuple[float, float, float]]:
-        """The surveyed LEDs minus the believed place at the nominal height."""
-        x_m, y_m = self.mean[:2].tolist()
-        return offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-
-    @property
     def focal_error(self) -> float:
         """The believed relative error of the focal length."""
         return float(self.mean[FOCAL])
@@ -135,11 +124,16 @@ class PoseFilter:
             pose: The pose.
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
         """
+        self._before = self.mean.copy(), self.covariance.copy()
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
-        self._predicted_m = (pose.x_m, pose.y_m)
+        self._motion.begin_at(pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = covariance
+
+    def recall(self) -> None:
+        """Go back to what was known before the last start, which is to be made anew."""
+        self.mean, self.covariance = self._before
 
     def forget(self, dt_s: float) -> None:
         """Let what was learnt about constants fade; see `FadingMemory`.
@@ -156,24 +150,7 @@ class PoseFilter:
             before: Odometry pose at the last image.
             after: Odometry pose now, in the same frame.
         """
-        dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
-        turn = angle_difference(after.heading_rad, before.heading_rad)
-        distance = math.hypot(dx, dy)
-        _, _, heading, _, _, scale, drift = self.mean[:HEIGHT].tolist()
-        between = heading - before.heading_rad + 0.5 * drift * distance
-        cosine, sine = math.cos(between), math.sin(between)
-        east, north = cosine * dx - sine * dy, sine * dx + cosine * dy
-        self.mean[0] += (1.0 + scale) * east
-        self.mean[1] += (1.0 + scale) * north
-        self.mean[2] = wrap_angle(heading + turn + drift * distance)
-        matrix = self._transition
-        matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
-        matrix[2, DRIFT] = distance
-        x_m, y_m = self.mean[:2].tolist()
-        east, north = x_m - self._predicted_m[0], y_m - self._predicted_m[1]
-        self._predicted_m = (x_m, y_m)
-        matrix[0, HEADING], matrix[1, HEADING] = -north, east
-        matrix[0, SCALE], matrix[1, SCALE] = east / (1.0 + scale), north / (1.0 + scale)
+        matrix, distance = self._motion.move(self.mean, before, after)
         covariance = matrix @ self.covariance @ matrix.T
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         covariance[0, 0] += position_var
@@ -184,30 +161,42 @@ class PoseFilter:
     def expect(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Return where the LEDs should be.
 
-        With an uncertainty s of the position and an LED at depth Z, what the derivative leaves
-        out of a pixel is of the order f s^2 / (2 Z^2). It is counted as noise (a second-order
-        filter in its simplest form), or an uncertain pose would soon be overconfident.
-
         Args:
             lens: The nominal lens.
             joints: Encoder readings of the head.
             solved: Whether the pose was just solved for this very image.
         """
-        _, _, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
+        x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
-        pixels_px, depth_m = led_pixels(self.led_offsets_m, view)
-        jacobian = led_jacobian(self._surveyed_offsets_m, view)
+        offsets_m = self.led_offsets_m
+        pixels_px, depth_m = led_pixels(offsets_m, view)
+        first_m = offsets_from(self._surveyed_m, x_m, y_m, 0.0)
+        jacobian, by_head = led_jacobian(offsets_m, view, first_m)
+        encoders = by_head * self._encoder_sigma_rad
         cross = self.covariance @ jacobian.T
-        encoders = jacobian[:, PAN_BIAS : TILT_BIAS + 1] * self._encoder_sigma_rad
         noise = encoders @ encoders.T
         if not solved:
-            spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
-            bent_px = 0.5 * lens.numbers[0] * spread_m2
-            bent_px2 = [(bent_px / (depth * depth)) ** 2 for depth in depth_m]
-            add_to_diagonal(noise, np.array(bent_px2).repeat(2))
+            add_to_diagonal(noise, self._left_out_px2(lens.numbers[0], depth_m))
         covariance = jacobian @ cross + noise
         return Prediction(pixels_px, depth_m, jacobian, cross, noise, covariance)
+
+    def _left_out_px2(self, focal_px: float, depth_m: list[float]) -> FloatArray:
+        """Return what the derivatives leave out of the pixels, as variances, (2 n,).
+
+        With an uncertainty s of the optical centre and an LED at depth Z, a pixel is bent by the
+        order of f s^2 / (2 Z^2), and what the encoders' noise e moves it by is off by e f s / Z.
+        Both count as noise (a second-order filter in its simplest form), or an uncertain pose
+        would soon be overconfident.
+        """
+        spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
+        turned_px2 = (self._encoder_sigma_rad * focal_px) ** 2
+        spread_all_m2 = spread_m2 + float(self.covariance[HEIGHT, HEIGHT])
+        left_out = [
+            (0.5 * focal_px * spread_m2 / z2) ** 2 + turned_px2 * spread_all_m2 / z2
+            for z2 in (depth * depth for depth in depth_m)
+        ]
+        return np.array(left_out).repeat(2)
 
     def correct(
         self,

@@ -80,23 +80,30 @@ def led_pixels(offsets_m: Sequence[Sequence[float]], view: View) -> tuple[FloatA
     return np.array(pixels), depths
 
 
-def led_jacobian(offsets_m: Sequence[Sequence[float]], view: View) -> FloatArray:
+def led_jacobian(
+    offsets_m: Sequence[Sequence[float]], view: View, first_m: Sequence[Sequence[float]]
+) -> tuple[FloatArray, FloatArray]:
     """Differentiate the pixels of LEDs by the whole state vector.
 
-    The equations are those of `measurement_model.project` and `state_jacobian`.
+    The equations are those of `measurement_model.project` and `state_jacobian`, but for the turn:
+    the columns of heading and pan bias are those of an LED at `first_m`, see `PoseFilter`.
 
     Args:
         offsets_m: n LEDs minus the optical centre in `map`, metres.
         view: The camera.
+        first_m: The same by the first estimates.
 
     Returns:
-        (2 n, 9 + 3 n), rows u_0, v_0, u_1, v_1, ...
+        The (2 n, 9 + 3 n) derivative by the state, and the (2 n, 2) true one by pan and tilt; rows
+        u_0, v_0, u_1, v_1, ...
     """
     ca, sa, ct, st = view.turns
     fx, fy = view.focal_px
     rows: list[list[float]] = []
+    by_head: list[tuple[float, float]] = []
     others = [0.0] * (3 * len(offsets_m))
-    for led, (dx, dy, dz) in enumerate(offsets_m):
+    places = range(LEDS, LEDS + len(others), 3)
+    for place, (dx, dy, dz), (tx, ty, _) in zip(places, offsets_m, first_m, strict=True):
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
         su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
@@ -104,11 +111,12 @@ def led_jacobian(offsets_m: Sequence[Sequence[float]], view: View) -> FloatArray
         ux, uy, uz = ku * (sa - su * ca * ct), -ku * (ca + su * sa * ct), -ku * su * st
         vx, vy, vz = kv * ca * rise, kv * sa * rise, -kv * (ct + sv * st)
         ray_u, ray_v = fx * su, fy * sv
-        turn_u, turn_v = ux * dy - uy * dx, vx * dy - vy * dx
-        row_u = [-ux, -uy, turn_u, turn_u, ray_u * sv, 0.0, 0.0, -uz, ray_u, *others]
-        row_v = [-vx, -vy, turn_v, turn_v, ray_v * sv + fy, 0.0, 0.0, -vz, ray_v, *others]
-        place = LEDS + 3 * led
+        tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy
+        turn_u, turn_v = ux * ty - uy * tx, vx * ty - vy * tx
+        row_u = [-ux, -uy, turn_u, turn_u, tilt_u, 0.0, 0.0, -uz, ray_u, *others]
+        row_v = [-vx, -vy, turn_v, turn_v, tilt_v, 0.0, 0.0, -vz, ray_v, *others]
         row_u[place : place + 3] = ux, uy, uz
         row_v[place : place + 3] = vx, vy, vz
         rows += (row_u, row_v)
-    return np.array(rows)
+        by_head += ((ux * dy - uy * dx, tilt_u), (vx * dy - vy * dx, tilt_v))
+    return np.array(rows), np.array(by_head)

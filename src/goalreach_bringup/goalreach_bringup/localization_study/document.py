@@ -58,7 +58,7 @@ from image to image and does not average out.""",
 The robot is put at a random pose between two images. No encoder counts and no joint moves, so
 nothing tells it but what it sees. Found is a robot whose pose is right, and said to be good, for
 a second on end. Where no LED was expected just before, nothing contradicts the old pose at
-once: it is believed for five images.""",
+once: it is believed for two seconds at most.""",
     ),
     'long': (
         'A day of driving',
