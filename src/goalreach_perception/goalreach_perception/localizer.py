@@ -1,4 +1,4 @@
-"""Images in, poses and head targets out: tracks LEDs that are where they should be, or searches."""
+"""Images in, poses and head targets out; tracks the LEDs where they should be, or searches."""
 
 from __future__ import annotations
 
