@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 import rclpy
+from rclpy.serialization import serialize_message
 
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_raw_estimates import estimate_from_raw
 from goalreach_msgs_py.ros_sensor_messages import (
     camera_to_msg,
     head_to_msg,
@@ -56,11 +59,12 @@ class Bench:
 
     def hand(self, messages: dict[str, Any]) -> None:
         for topic, message in messages.items():
-            self.node._collector(topic)(message)
+            stamp_ns = stamp_from_msg(message.header.stamp)
+            self.node._collector(topic)(stamp_ns, serialize_message(message))
 
     def good_poses(self) -> int:
-        spreads = [message.pose.covariance[0] for message in self.pose.sent]
-        return sum(spread < GOOD_M2 for spread in spreads)
+        spreads = [estimate_from_raw(raw).covariance[0, 0] for raw in self.pose.sent]
+        return sum(int(spread < GOOD_M2) for spread in spreads)
 
 
 @pytest.fixture(name='bench')

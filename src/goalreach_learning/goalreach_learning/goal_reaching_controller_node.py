@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
@@ -24,14 +23,18 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_to_msg
-from goalreach_msgs_py.ros_estimate_messages import state_from_msg
+from goalreach_msgs_py.ros_common_messages import MessageError
 from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS
-from goalreach_msgs_py.ros_sensor_messages import bumpers_from_msg
+from goalreach_msgs_py.ros_raw import subscribe_raw
+from goalreach_msgs_py.ros_raw_robot import (
+    bumpers_from_raw,
+    twist_to_raw,
+)
+from goalreach_msgs_py.ros_raw_state import state_from_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
@@ -81,8 +84,8 @@ class GoalReachingControllerNode(Node):
         self._busy = False
         self._trail: list[tuple[int, Pose2]] = []
         self._ticks = self._pressed_ticks = 0
-        self.create_subscription(DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
-        self.create_subscription(LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
+        subscribe_raw(self, DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
+        subscribe_raw(self, LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
 
     def _policy(self, rng: np.random.Generator, *, learn: bool) -> Policy:
         if self._mission.policy:
@@ -107,16 +110,15 @@ class GoalReachingControllerNode(Node):
     def _on_config(self, config: ControllerConfig) -> None:
         self._controller.config = config
 
-    def _collector(self, topic: str) -> Callable[[Any], None]:
-        def collect(message: Any) -> None:
-            stamp_ns = stamp_from_msg(message.header.stamp)
+    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+        def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.heard(topic, stamp_ns)
-            inputs = self._inputs.add(topic, stamp_ns, message)
+            inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is None or self._busy or not self._outbox.open(stamp_ns):
                 return
             try:
-                state = state_from_msg(inputs[STATE])
-                bumpers = bumpers_from_msg(inputs[BUMPERS])
+                state = state_from_raw(inputs[STATE])
+                bumpers = bumpers_from_raw(inputs[BUMPERS])
             except MessageError as error:
                 self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE_S)
                 return
@@ -138,7 +140,7 @@ class GoalReachingControllerNode(Node):
 
     def _process(self, stamp_ns: int, state: RegionState, *, bumped: bool) -> None:
         if self._finished:
-            self._outbox.send(self._drive, twist_to_msg(_STANDING, stamp_ns))
+            self._outbox.send(self._drive, twist_to_raw(_STANDING, stamp_ns))
             return
         if not self._driving:
             self._begin_next_path(stamp_ns)
@@ -153,7 +155,7 @@ class GoalReachingControllerNode(Node):
                 self._keep(step.transition.path)
                 self._begin_next_path(stamp_ns)
                 return
-        self._outbox.send(self._drive, twist_to_msg(step.command, stamp_ns))
+        self._outbox.send(self._drive, twist_to_raw(step.command, stamp_ns))
 
     def _begin_next_path(self, stamp_ns: int) -> None:
         """Start the next path; `/cmd_vel` is answered only when the robot has been placed.
@@ -164,7 +166,7 @@ class GoalReachingControllerNode(Node):
 
         def answer() -> None:
             self._busy = False
-            self._outbox.send(self._drive, twist_to_msg(_STANDING, stamp_ns))
+            self._outbox.send(self._drive, twist_to_raw(_STANDING, stamp_ns))
 
         if order is None:
             self._finished = self._busy = True

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Pose, Quaternion, TwistStamped
+from geometry_msgs.msg import Point, Pose, Quaternion, TwistStamped
 from std_msgs.msg import Header
 
 from goalreach_msgs_py.errors import GoalreachError, one_line
@@ -17,12 +18,16 @@ __all__ = [
     'MessageError',
     'header',
     'pose_from_msg',
+    'pose_from_numbers',
     'pose_to_msg',
+    'pose_to_numbers',
     'require_finite',
     'stamp_from_msg',
     'stamp_to_msg',
     'twist_from_msg',
+    'twist_from_numbers',
     'twist_to_msg',
+    'twist_to_numbers',
 ]
 
 _NS_PER_S = 1_000_000_000
@@ -53,12 +58,15 @@ def header(stamp_ns: int, frame_id: str) -> Header:
 
 def pose_to_msg(pose: Pose2) -> Pose:
     """Return a planar pose as geometry_msgs/Pose with z = 0."""
-    message = Pose()
-    message.position.x = float(pose.x_m)
-    message.position.y = float(pose.y_m)
+    x, y, z, qx, qy, qz, qw = pose_to_numbers(pose)
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+def pose_to_numbers(pose: Pose2) -> tuple[float, ...]:
+    """Return the numbers of a geometry_msgs/Pose: x, y, z and the quaternion x, y, z, w."""
     half_rad = pose.heading_rad / 2.0
-    message.orientation = Quaternion(z=math.sin(half_rad), w=math.cos(half_rad))
-    return message
+    turn = (0.0, 0.0, math.sin(half_rad), math.cos(half_rad))
+    return (float(pose.x_m), float(pose.y_m), 0.0, *turn)
 
 
 def pose_from_msg(message: Pose) -> Pose2:
@@ -67,27 +75,38 @@ def pose_from_msg(message: Pose) -> Pose2:
     Raises:
         MessageError: A number is not finite or the orientation is no rotation.
     """
-    q = message.orientation
-    parts = (message.position.x, message.position.y, q.x, q.y, q.z, q.w)
-    if not all(math.isfinite(part) for part in parts):
-        raise MessageError(f'pose = {parts}: must be finite')
-    if q.x == q.y == q.z == q.w == 0.0:
+    p, q = message.position, message.orientation
+    return pose_from_numbers((p.x, p.y, p.z, q.x, q.y, q.z, q.w))
+
+
+def pose_from_numbers(numbers: Sequence[float]) -> Pose2:
+    """Return the planar part of a pose given as x, y, z and the quaternion x, y, z, w.
+
+    Raises:
+        MessageError: A number is not finite or the orientation is no rotation.
+    """
+    x_m, y_m, _, *turn = numbers
+    if not all(map(math.isfinite, (x_m, y_m, *turn))):
+        raise MessageError(f'pose = {(x_m, y_m, *turn)}: must be finite')
+    if not any(turn):
         raise MessageError('orientation = (0, 0, 0, 0): must be a rotation')
-    scale = max(abs(part) for part in parts[2:])  # so that no square overflows
-    x, y, z, w = (part / scale for part in parts[2:])
+    scale = max(map(abs, turn))  # so that no square overflows
+    x, y, z, w = (part / scale for part in turn)
     sine = 2.0 * (w * z + x * y)
     cosine = w * w + x * x - y * y - z * z
-    return Pose2(
-        x_m=message.position.x, y_m=message.position.y, heading_rad=math.atan2(sine, cosine)
-    )
+    return Pose2(x_m=x_m, y_m=y_m, heading_rad=math.atan2(sine, cosine))
 
 
 def twist_to_msg(twist: Twist2, stamp_ns: int) -> TwistStamped:
     """Return a drive command as geometry_msgs/TwistStamped in `base_link`."""
     message = TwistStamped(header=header(stamp_ns, BASE_FRAME))
-    message.twist.linear.x = float(twist.linear_m_per_s)
-    message.twist.angular.z = float(twist.steering_rad_per_s)
+    message.twist.linear.x, *_, message.twist.angular.z = twist_to_numbers(twist)
     return message
+
+
+def twist_to_numbers(twist: Twist2) -> tuple[float, ...]:
+    """Return the numbers of a geometry_msgs/Twist: linear x, y, z and angular x, y, z."""
+    return (float(twist.linear_m_per_s), 0.0, 0.0, 0.0, 0.0, float(twist.steering_rad_per_s))
 
 
 def twist_from_msg(message: TwistStamped) -> Twist2:
@@ -96,10 +115,20 @@ def twist_from_msg(message: TwistStamped) -> Twist2:
     Raises:
         MessageError: A velocity is not finite.
     """
-    twist = message.twist
-    require_finite('twist.linear.x', twist.linear.x)
-    require_finite('twist.angular.z', twist.angular.z)
-    return Twist2(linear_m_per_s=twist.linear.x, steering_rad_per_s=twist.angular.z)
+    linear, angular = message.twist.linear, message.twist.angular
+    return twist_from_numbers((linear.x, linear.y, linear.z, angular.x, angular.y, angular.z))
+
+
+def twist_from_numbers(numbers: Sequence[float]) -> Twist2:
+    """Return the velocities of a twist given as linear x, y, z and angular x, y, z.
+
+    Raises:
+        MessageError: A velocity is not finite.
+    """
+    return Twist2(
+        linear_m_per_s=require_finite('twist.linear.x', numbers[0]),
+        steering_rad_per_s=require_finite('twist.angular.z', numbers[5]),
+    )
 
 
 def require_finite(field: str, value: Any) -> float:

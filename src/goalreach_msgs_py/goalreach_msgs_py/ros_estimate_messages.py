@@ -22,6 +22,7 @@ from goalreach_msgs_py.ros_common_messages import (
 from goalreach_msgs_py.topics import CAMERA_FRAME, MAP_FRAME
 from goalreach_msgs_py.values import (
     Confidence,
+    FloatArray,
     LandmarkObservation,
     Pose2,
     PoseEstimate,
@@ -29,25 +30,34 @@ from goalreach_msgs_py.values import (
 )
 
 __all__ = [
+    'LEVELS',
+    'PLANAR',
     'STATE_NAME',
+    'STATE_SENDER',
     'diagnostic_values',
     'estimate_from_msg',
     'estimate_to_msg',
     'landmarks_from_msg',
     'landmarks_to_msg',
+    'planar_covariance',
     'state_from_msg',
+    'state_from_parts',
+    'state_keys',
+    'state_numbers',
     'state_to_msg',
 ]
 
 STATE_NAME = 'region_state'
-_PLANAR = (0, 1, 5)
+STATE_SENDER = 'state_estimator'
+PLANAR = (0, 1, 5)
 """Rows of x, y and yaw in the 6 x 6 covariance of geometry_msgs (REP-103 order)."""
 
-_LEVELS = {
+LEVELS = {
     Confidence.OK: DiagnosticStatus.OK,
     Confidence.UNCERTAIN: DiagnosticStatus.WARN,
     Confidence.STALE: DiagnosticStatus.STALE,
 }
+_CONFIDENCES = {level: confidence for confidence, level in LEVELS.items()}
 
 
 def estimate_to_msg(estimate: PoseEstimate, stamp_ns: int) -> PoseWithCovarianceStamped:
@@ -55,7 +65,7 @@ def estimate_to_msg(estimate: PoseEstimate, stamp_ns: int) -> PoseWithCovariance
     message = PoseWithCovarianceStamped(header=header(stamp_ns, MAP_FRAME))
     message.pose.pose = pose_to_msg(estimate.pose)
     covariance = np.zeros((6, 6))
-    covariance[np.ix_(_PLANAR, _PLANAR)] = estimate.covariance
+    covariance[np.ix_(PLANAR, PLANAR)] = estimate.covariance
     message.pose.covariance = covariance.ravel()
     return message
 
@@ -66,12 +76,22 @@ def estimate_from_msg(message: PoseWithCovarianceStamped) -> PoseEstimate:
     Raises:
         MessageError: A number is not finite, or a variance is negative.
     """
-    covariance = np.asarray(message.pose.covariance, dtype=np.float64).reshape(6, 6)
-    planar = covariance[np.ix_(_PLANAR, _PLANAR)]
-    if not np.isfinite(planar).all() or (np.diag(planar) < 0).any():
-        diagonal = np.diag(planar).tolist()
-        raise MessageError(f'covariance with diagonal {diagonal}: must be finite, not negative')
-    return PoseEstimate(pose=pose_from_msg(message.pose.pose), covariance=planar)
+    return PoseEstimate(
+        pose=pose_from_msg(message.pose.pose),
+        covariance=planar_covariance(message.pose.covariance),
+    )
+
+
+def planar_covariance(numbers: Sequence[float]) -> FloatArray:
+    """Return the rows and columns of x, y and yaw of a 6 x 6 covariance given row by row.
+
+    Raises:
+        MessageError: A number is not finite, or a variance is negative.
+    """
+    planar = [float(numbers[6 * i + j]) for i in PLANAR for j in PLANAR]
+    if not all(map(math.isfinite, planar)) or min(planar[::4]) < 0:
+        raise MessageError(f'covariance with diagonal {planar[::4]}: must be finite, not negative')
+    return np.array(planar).reshape(3, 3)
 
 
 def landmarks_to_msg(
@@ -101,20 +121,13 @@ def state_to_msg(state: RegionState, stamp_ns: int) -> DiagnosticArray:
     Values are shortest exact decimals: the memberships `mu_x.<label>` and `mu_y.<label>`, the
     pose behind them `x_m`, `y_m`, `heading_rad`, and `goal_probability`.
     """
-    values = {f'mu_x.{name}': mu for name, mu in zip(X_LABELS, state.mu_x, strict=True)}
-    values |= {f'mu_y.{name}': mu for name, mu in zip(Y_LABELS, state.mu_y, strict=True)}
-    values |= {
-        'x_m': state.pose.x_m,
-        'y_m': state.pose.y_m,
-        'heading_rad': state.pose.heading_rad,
-        'goal_probability': state.goal_probability,
-    }
+    numbers = zip(state_keys(), state_numbers(state), strict=True)
     status = DiagnosticStatus(
-        level=_LEVELS[state.confidence],
+        level=LEVELS[state.confidence],
         name=STATE_NAME,
         message=region_name(state.region),
-        hardware_id='state_estimator',
-        values=[KeyValue(key=key, value=repr(float(value))) for key, value in values.items()],
+        hardware_id=STATE_SENDER,
+        values=[KeyValue(key=key, value=repr(number)) for key, number in numbers],
     )
     message = DiagnosticArray(status=[status])
     message.header.stamp = stamp_to_msg(stamp_ns)
@@ -132,29 +145,49 @@ def state_from_msg(message: DiagnosticArray) -> RegionState:
     if status is None:
         raise MessageError(f'status without the name {STATE_NAME}')
     values = diagnostic_values(status)
-    number = {key: _number(values, key) for key in _state_keys()}
-    confidences = {level: confidence for confidence, level in _LEVELS.items()}
-    if status.level not in confidences:
-        raise MessageError(f'level = {status.level!r}: must be OK, WARN or STALE')
+    number = {key: _number(values, key) for key in state_keys()}
+    return state_from_parts(list(number.values()), region=status.message, level=status.level)
+
+
+def state_from_parts(numbers: Sequence[float], *, region: str, level: bytes) -> RegionState:
+    """Return a region state.
+
+    Args:
+        numbers: Memberships, pose and goal probability, in the order of `state_keys`.
+        region: Name of the region.
+        level: Level of the status.
+
+    Raises:
+        MessageError: No such region or level.
+    """
+    if level not in _CONFIDENCES:
+        raise MessageError(f'level = {level!r}: must be OK, WARN or STALE')
     try:
-        region = parse_region(status.message)
+        place = parse_region(region)
     except ConfigurationError as error:
         raise MessageError(str(error)) from None
-    mu_x = [number[f'mu_x.{label}'] for label in X_LABELS]
-    mu_y = [number[f'mu_y.{label}'] for label in Y_LABELS]
+    left, front, right, near, medium, far, x_m, y_m, heading_rad, goal_probability = numbers
     return RegionState(
-        region=region,
-        mu_x=(mu_x[0], mu_x[1], mu_x[2]),
-        mu_y=(mu_y[0], mu_y[1], mu_y[2]),
-        pose=Pose2(x_m=number['x_m'], y_m=number['y_m'], heading_rad=number['heading_rad']),
-        goal_probability=number['goal_probability'],
-        confidence=confidences[status.level],
+        region=place,
+        mu_x=(left, front, right),
+        mu_y=(near, medium, far),
+        pose=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad),
+        goal_probability=goal_probability,
+        confidence=_CONFIDENCES[level],
     )
 
 
-def _state_keys() -> tuple[str, ...]:
+def state_keys() -> tuple[str, ...]:
+    """Return the names of the numbers of a region state, in the order in which they are sent."""
     memberships = [f'mu_x.{label}' for label in X_LABELS] + [f'mu_y.{label}' for label in Y_LABELS]
     return (*memberships, 'x_m', 'y_m', 'heading_rad', 'goal_probability')
+
+
+def state_numbers(state: RegionState) -> list[float]:
+    """Return the numbers of a region state in the order of `state_keys`."""
+    pose = state.pose
+    place = (pose.x_m, pose.y_m, pose.heading_rad)
+    return [float(value) for value in (*state.mu_x, *state.mu_y, *place, state.goal_probability)]
 
 
 def diagnostic_values(status: DiagnosticStatus) -> dict[str, str]:

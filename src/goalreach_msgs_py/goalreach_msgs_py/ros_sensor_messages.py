@@ -24,6 +24,7 @@ from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, CAMERA_FRAME, HEA
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Twist2
 
 __all__ = [
+    'IMAGE_ENCODING',
     'bumpers_from_msg',
     'bumpers_to_msg',
     'camera_from_msg',
@@ -36,7 +37,7 @@ __all__ = [
     'odometry_to_msg',
 ]
 
-_ENCODING = 'mono8'
+IMAGE_ENCODING = 'mono8'
 _BUMPERS = 20
 _DISTORTION_TERMS = 5
 
@@ -50,7 +51,7 @@ def image_to_msg(image: NDArray[np.uint8], stamp_ns: int) -> Image:
         header=header(stamp_ns, CAMERA_FRAME),
         height=height,
         width=width,
-        encoding=_ENCODING,
+        encoding=IMAGE_ENCODING,
         step=width,
         data=data,
     )
@@ -62,8 +63,8 @@ def image_from_msg(message: Image) -> NDArray[np.uint8]:
     Raises:
         MessageError: Another encoding, or sizes that do not fit the data.
     """
-    if message.encoding != _ENCODING:
-        raise MessageError(f'encoding = {message.encoding!r}: must be {_ENCODING}')
+    if message.encoding != IMAGE_ENCODING:
+        raise MessageError(f'encoding = {message.encoding!r}: must be {IMAGE_ENCODING}')
     height, width, step = message.height, message.width, message.step
     if step < width or height * step != len(message.data) or 0 in (height, width):
         size = f'{width} x {height}, step {step}, {len(message.data)} bytes'

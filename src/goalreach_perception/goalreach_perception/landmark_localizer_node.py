@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any
 
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
@@ -11,18 +11,21 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
-from goalreach_msgs_py.ros_estimate_messages import estimate_to_msg, landmarks_to_msg
+from goalreach_msgs_py.ros_common_messages import MessageError
 from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
-from goalreach_msgs_py.ros_sensor_messages import (
-    camera_from_msg,
-    head_from_msg,
-    head_to_msg,
-    image_from_msg,
-    odometry_from_msg,
+from goalreach_msgs_py.ros_raw import subscribe_raw
+from goalreach_msgs_py.ros_raw_camera import (
+    camera_from_raw,
+    image_from_raw,
+)
+from goalreach_msgs_py.ros_raw_estimates import estimate_to_raw, landmarks_to_raw
+from goalreach_msgs_py.ros_raw_robot import (
+    head_from_raw,
+    head_to_raw,
+    odometry_from_raw,
 )
 from goalreach_msgs_py.ros_transforms import TransformPublisher, map_to_odom
 from goalreach_msgs_py.synchronizer import StampSynchronizer
@@ -77,22 +80,21 @@ class LandmarkLocalizerNode(Node):
             (JointState, JOINT_STATES, RELIABLE_QOS),
             (Odometry, ODOM, RELIABLE_QOS),
         ):
-            self.create_subscription(message_type, topic, self._collector(topic), qos)
+            subscribe_raw(self, message_type, topic, self._collector(topic), qos)
 
-    def _collector(self, topic: str) -> Any:
-        def collect(message: Any) -> None:
-            stamp_ns = stamp_from_msg(message.header.stamp)
+    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+        def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.heard(topic, stamp_ns)
-            inputs = self._inputs.add(topic, stamp_ns, message)
+            inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is not None and self._outbox.open(stamp_ns):
                 self._process(stamp_ns, inputs)
 
         return collect
 
-    def _process(self, stamp_ns: int, inputs: Any) -> None:
+    def _process(self, stamp_ns: int, inputs: Mapping[str, bytes]) -> None:
         try:
-            image, camera = image_from_msg(inputs[IMAGE]), camera_from_msg(inputs[CAMERA_INFO])
-            joints, odometry = head_from_msg(inputs[JOINT_STATES]), odometry_from_msg(inputs[ODOM])
+            image, camera = image_from_raw(inputs[IMAGE]), camera_from_raw(inputs[CAMERA_INFO])
+            joints, odometry = head_from_raw(inputs[JOINT_STATES]), odometry_from_raw(inputs[ODOM])
             output = self._localizer.process(
                 time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
             )
@@ -124,9 +126,9 @@ class LandmarkLocalizerNode(Node):
         self._watch = SensorWatch(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
-        self._outbox.send(self._pose, estimate_to_msg(output.estimate, stamp_ns))
-        self._outbox.send(self._head, head_to_msg(output.head_command, stamp_ns))
-        self._outbox.send(self._landmarks, landmarks_to_msg(output.landmarks, stamp_ns))
+        self._outbox.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
+        self._outbox.send(self._head, head_to_raw(output.head_command, stamp_ns))
+        self._outbox.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
         self._diagnostics.tick(
             stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
         )

@@ -8,12 +8,14 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg
-from goalreach_msgs_py.ros_estimate_messages import estimate_from_msg, state_to_msg
+from goalreach_msgs_py.ros_common_messages import MessageError
 from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS
+from goalreach_msgs_py.ros_raw import subscribe_raw
+from goalreach_msgs_py.ros_raw_estimates import estimate_from_raw
+from goalreach_msgs_py.ros_raw_state import state_to_raw
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
@@ -42,11 +44,10 @@ class StateEstimatorNode(Node):
         self._reporter = InputReporter(self, [CLOCK, POSE])
         self._clock_ns: int | None = None
         self._period_ns = 0
-        self.create_subscription(PoseWithCovarianceStamped, POSE, self._on_pose, RELIABLE_QOS)
-        self.create_subscription(Clock, CLOCK, self._on_clock, RELIABLE_QOS)
+        subscribe_raw(self, PoseWithCovarianceStamped, POSE, self._on_pose, RELIABLE_QOS)
+        subscribe_raw(self, Clock, CLOCK, self._on_clock, RELIABLE_QOS)
 
-    def _on_clock(self, message: Clock) -> None:
-        now_ns = stamp_from_msg(message.clock)
+    def _on_clock(self, now_ns: int, _raw: bytes) -> None:
         self._period_ns = 0 if self._clock_ns is None else now_ns - self._clock_ns
         self._clock_ns = now_ns
         self._reporter.heard(CLOCK, now_ns)
@@ -61,18 +62,17 @@ class StateEstimatorNode(Node):
         age_ns = self._clock_ns - stamp_ns
         return max(age_ns, -age_ns - self._period_ns) * 1e-9
 
-    def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
-        stamp_ns = stamp_from_msg(message.header.stamp)
+    def _on_pose(self, stamp_ns: int, raw: bytes) -> None:
         self._reporter.heard(POSE, stamp_ns)
         if not self._outbox.open(stamp_ns):
             return
         try:
-            pose = estimate_from_msg(message)
+            pose = estimate_from_raw(raw)
             state = self._estimator.estimate(pose, age_s=self._age_s(stamp_ns))
         except MessageError as error:
             self.get_logger().error(f'{POSE}: {error}', throttle_duration_sec=_THROTTLE_S)
             return
-        self._outbox.send(self._state, state_to_msg(state, stamp_ns))
+        self._outbox.send(self._state, state_to_raw(state, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,
             state.confidence.value,

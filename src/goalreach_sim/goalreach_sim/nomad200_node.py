@@ -14,11 +14,15 @@ from visualization_msgs.msg import MarkerArray
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.region_config import RegionConfig
-from goalreach_msgs_py.ros_common_messages import MessageError, stamp_from_msg, twist_from_msg
+from goalreach_msgs_py.ros_common_messages import MessageError
 from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
-from goalreach_msgs_py.ros_sensor_messages import head_from_msg
+from goalreach_msgs_py.ros_raw import subscribe_raw
+from goalreach_msgs_py.ros_raw_robot import (
+    head_from_raw,
+    twist_from_raw,
+)
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Pose2
 from goalreach_sim.faults import FaultParameters, SimulatedFaults
@@ -70,8 +74,8 @@ class Nomad200Node(Node):
         self._diagnostics = Diagnostics(self)
         self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
         self._markers.publish(arena_markers(config, regions.region_map))
-        self.create_subscription(TwistStamped, CMD_VEL, self._on_drive, RELIABLE_QOS)
-        self.create_subscription(JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
+        subscribe_raw(self, TwistStamped, CMD_VEL, self._on_drive, RELIABLE_QOS)
+        subscribe_raw(self, JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
         self.create_service(Trigger, RESET_SERVICE, self._on_reset)
         self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
         lockstep = timing.clock == 'lockstep'
@@ -121,24 +125,23 @@ class Nomad200Node(Node):
     def _repeat(self) -> None:
         self._frames.repeat(self._stamp_ns)
 
-    def _on_drive(self, message: TwistStamped) -> None:
+    def _on_drive(self, stamp_ns: int, raw: bytes) -> None:
         try:
-            command = twist_from_msg(message)
+            command = twist_from_raw(raw)
         except MessageError as error:
             self._complain(CMD_VEL, error)
             return
-        if self._is_due(CMD_VEL, message):
-            age_s = self._guard.age_s(stamp_from_msg(message.header.stamp))
-            self._simulator.command_drive(command, age_s)
+        if self._is_due(CMD_VEL, stamp_ns):
+            self._simulator.command_drive(command, self._guard.age_s(stamp_ns))
             self._note(CMD_VEL)
 
-    def _on_head(self, message: JointState) -> None:
+    def _on_head(self, stamp_ns: int, raw: bytes) -> None:
         try:
-            target = head_from_msg(message)
+            target = head_from_raw(raw)
         except MessageError as error:
             self._complain(HEAD_COMMAND, error)
             return
-        if self._is_due(HEAD_COMMAND, message):
+        if self._is_due(HEAD_COMMAND, stamp_ns):
             self._head_target = target
             if self._lockstep is None:
                 self._move_head()
@@ -154,8 +157,7 @@ class Nomad200Node(Node):
         if target is not None and not self._placed:
             self._simulator.command_head(target)
 
-    def _is_due(self, topic: str, message: TwistStamped | JointState) -> bool:
-        stamp_ns = stamp_from_msg(message.header.stamp)
+    def _is_due(self, topic: str, stamp_ns: int) -> bool:
         if self._lockstep is None:
             return self._guard.accepts(topic, stamp_ns)
         return self._guard.accepts(topic, stamp_ns) and self._lockstep.accepts(topic, stamp_ns)

@@ -7,16 +7,17 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
-from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_node import Outbox
 from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
-from goalreach_msgs_py.ros_sensor_messages import (
-    bumpers_to_msg,
-    camera_to_msg,
-    head_to_msg,
-    image_to_msg,
-    odometry_to_msg,
+from goalreach_msgs_py.ros_raw_camera import (
+    camera_to_raw,
+    image_to_raw,
+)
+from goalreach_msgs_py.ros_raw_robot import (
+    bumpers_to_raw,
+    clock_to_raw,
+    head_to_raw,
+    odometry_to_raw,
 )
 from goalreach_msgs_py.ros_transforms import (
     TransformPublisher,
@@ -65,42 +66,32 @@ class FramePublisher:
         self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
         self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
         self._truth = node.create_publisher(Odometry, GROUND_TRUTH, DEEP_QOS)
-        self._sent_camera: PinholeCamera | None = None
-        self._camera_message: CameraInfo | None = None
         self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
         """Send a frame; the image goes last, since all else is small."""
         send = self._outbox.send
         self._outbox.open(stamp_ns)
-        send(self._clock, Clock(clock=stamp_to_msg(stamp_ns)))
-        send(self._truth, odometry_to_msg(frame.truth, stamp_ns, frame_id=MAP_FRAME))
-        send(self._odom, odometry_to_msg(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
-        send(self._joints, head_to_msg(frame.joints, stamp_ns))
+        send(self._clock, clock_to_raw(stamp_ns))
+        send(self._truth, odometry_to_raw(frame.truth, stamp_ns, frame_id=MAP_FRAME))
+        send(self._odom, odometry_to_raw(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
+        send(self._joints, head_to_raw(frame.joints, stamp_ns))
         send(
             self._bumpers,
-            bumpers_to_msg(
+            bumpers_to_raw(
                 frame.bumpers,
                 stamp_ns,
                 body_radius_m=self._body_radius_m,
                 scan_time_s=self._period_s,
             ),
         )
-        send(self._camera, self._camera_info(frame.camera, stamp_ns))
-        send(self._image, image_to_msg(frame.image, stamp_ns))
-
+        send(self._camera, camera_to_raw(frame.camera, stamp_ns))
+        send(self._image, image_to_raw(frame.image, stamp_ns))
         if self._transforms.active:
             self._transforms.publish(
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
                 + head_transforms(stamp_ns, frame.joints, self._camera_height_m)
             )
-
-    def _camera_info(self, camera: PinholeCamera, stamp_ns: int) -> CameraInfo:
-        """Return the intrinsics; they are the same in nearly every frame, but for the stamp."""
-        if camera != self._sent_camera or self._camera_message is None:
-            self._sent_camera, self._camera_message = camera, camera_to_msg(camera, stamp_ns)
-        self._camera_message.header.stamp = stamp_to_msg(stamp_ns)
-        return self._camera_message
 
     def repeat(self, stamp_ns: int) -> None:
         """Send the last frame again, for those who have not heard it."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
@@ -19,12 +18,15 @@ from goalreach_bringup.run.referee import Progress, Referee, Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
-from goalreach_msgs_py.ros_estimate_messages import state_from_msg
 from goalreach_msgs_py.ros_learning_messages import q_table_from_msg, transition_from_msg
 from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS
-from goalreach_msgs_py.ros_sensor_messages import odometry_from_msg
+from goalreach_msgs_py.ros_raw import subscribe_raw
+from goalreach_msgs_py.ros_raw_robot import (
+    odometry_from_raw,
+)
+from goalreach_msgs_py.ros_raw_state import state_from_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
-from goalreach_msgs_py.topics import GROUND_TRUTH, Q_TABLE, STATE, TRANSITION
+from goalreach_msgs_py.topics import GROUND_TRUTH, MAP_FRAME, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Confidence, Pose2
 
 __all__ = ['RunMonitor']
@@ -61,11 +63,11 @@ class RunMonitor(Node):
         self._mode = mode
         self._on_path = on_path
         self._referee = Referee(starts, policy.regions, first_path=first_path)
-        self._heard: Odometry | None = None
+        self._heard: tuple[int, bytes] | None = None
         self._heard_s = time.monotonic()
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
-            self.create_subscription(message_type, topic, self._collector(topic), DEEP_QOS)
+            subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
         self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -77,32 +79,31 @@ class RunMonitor(Node):
         progress = self._referee.progress
         if self._heard is None:
             return progress
-        stamp_ns = stamp_from_msg(self._heard.header.stamp)
+        stamp_ns, raw = self._heard
         if stamp_ns <= progress.last_ns:
             return progress
-        return replace(progress, last_ns=stamp_ns, truth=odometry_from_msg(self._heard).pose)
+        return replace(progress, last_ns=stamp_ns, truth=_truth(raw))
 
-    def _collector(self, topic: str) -> Callable[[Any], None]:
-        def collect(message: Any) -> None:
-            stamp_ns = stamp_from_msg(message.header.stamp)
+    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+        def collect(stamp_ns: int, raw: bytes) -> None:
             self._heard_s = time.monotonic()
             if topic == GROUND_TRUTH:
-                self._heard = message
-            inputs = self._inputs.add(topic, stamp_ns, message)
+                self._heard = (stamp_ns, raw)
+            inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is not None:
                 self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
 
         return collect
 
-    def _on_tick(self, stamp_ns: int, truth: Odometry, state_message: DiagnosticArray) -> None:
-        state = state_from_msg(state_message)
+    def _on_tick(self, stamp_ns: int, truth: bytes, raw_state: bytes) -> None:
+        state = state_from_raw(raw_state)
         trusted = state.confidence is Confidence.OK
         heading_rad = None
         if trusted:
             heading_rad = blend_heading(self._mode, state.mu_x, state.mu_y, self._policy)
         tick = Tick(
             time_ns=stamp_ns,
-            truth=odometry_from_msg(truth).pose,
+            truth=_truth(truth),
             estimate=state.pose if trusted else None,
             commanded_heading_rad=heading_rad,
         )
@@ -128,3 +129,7 @@ class RunMonitor(Node):
         if not np.array_equal(q, self._policy.q):
             tried = (q != 0).astype(np.int64)
             self._policy = replace(self._policy, q=q, visits=tried)
+
+
+def _truth(raw: bytes) -> Pose2:
+    return odometry_from_raw(raw, frame_id=MAP_FRAME).pose
