@@ -53,7 +53,8 @@ class GoalReachingControllerNode(Node):
     """Adapter of one `GoalReachingController`, driving path after path.
 
     Publishes: `/cmd_vel` with the stamp of the state it answers, `/q_learning/transition`,
-    `/q_learning/q_table` (latched), `/path` (about 1 Hz), `/diagnostics`.
+    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where
+    somebody listens), `/diagnostics`.
     Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
     Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
     Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a
@@ -186,7 +187,7 @@ class GoalReachingControllerNode(Node):
         self._ticks += 1
         if self._ticks % _POSE_TICKS == 0:
             self._trail.append((stamp_ns, state.pose))
-        if self._ticks % _PATH_TICKS == 0:
+        if self._ticks % _PATH_TICKS == 0 and self._path.get_subscription_count():
             self._outbox.send(self._path, path_to_msg(self._trail, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,

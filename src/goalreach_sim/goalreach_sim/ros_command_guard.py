@@ -11,6 +11,7 @@ __all__ = ['CommandGuard']
 
 _THROTTLE_S = 3.0
 _LOOK_TICKS = 5
+_TOO_MANY = 2
 _UNKNOWN = '_UNKNOWN_'
 """Part of the name that ROS 2 gives to a node of which it knows only that it sends."""
 
@@ -51,7 +52,7 @@ class CommandGuard:
         self._ticks += 1
         if self._ticks % _LOOK_TICKS == 0:
             self._look()
-        if len(self._drivers) > 1:
+        if len(self._drivers) >= _TOO_MANY:
             self._complain_of_drivers()
 
     def _complain_of_drivers(self) -> None:
@@ -60,6 +61,9 @@ class CommandGuard:
 
     def _look(self) -> None:
         """See who drives; a node whose name is not known yet counts once it is."""
+        if self._node.count_publishers(CMD_VEL) < _TOO_MANY:  # cheap, where names are not
+            self._drivers = []
+            return
         infos = self._node.get_publishers_info_by_topic(CMD_VEL)
         names = {f'{info.node_namespace}{info.node_name}' for info in infos}
         self._drivers = sorted(name for name in names if _UNKNOWN not in name)
@@ -71,9 +75,9 @@ class CommandGuard:
             topic: The command's topic.
             stamp_ns: The command's stamp.
         """
-        if topic == CMD_VEL and len(self._drivers) > 1:
+        if topic == CMD_VEL and len(self._drivers) >= _TOO_MANY:
             self._look()  # in lockstep no tick comes that would
-            if len(self._drivers) > 1:
+            if len(self._drivers) >= _TOO_MANY:
                 self._complain_of_drivers()
                 return False
         if stamp_ns == 0 or self._now_ns is None:
