@@ -66,7 +66,7 @@ def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
                     os.kill(victim, signal.SIGKILL)
                 serve_until(lambda: False, 0.1)
             output, _ = run.communicate()
-    assert run.returncode == 1
+    assert run.returncode == 1, output
     assert 'state_estimator: error: was ended by SIGKILL; it keeps dying' in output
     assert 'Traceback' not in output
 
