@@ -30,7 +30,8 @@ class InProcessDrive:
         policy: What to drive.
         controller: Configuration of the controller.
         seed: Seed of everything random.
-        localizer: Configuration of the localizer, or None for the arena's and the noise's.
+        simulator: Configuration of the simulator, or None for the arena's and the noise's.
+        localizer: Configuration of the localizer, likewise.
         observer: Called with every frame, what the localizer made of it, and the state.
     """
 
@@ -39,6 +40,7 @@ class InProcessDrive:
     policy: Policy
     controller: ControllerConfig
     seed: np.random.SeedSequence
+    simulator: SimulatorConfig | None = None
     localizer: LocalizerConfig | None = None
     observer: Callable[[SensorFrame, LocalizerOutput, RegionState], None] | None = None
     frames: int = field(default=0, init=False)
@@ -47,7 +49,7 @@ class InProcessDrive:
         """Build robot, eyes, state and controller."""
         simulator_seed, controller_seed = self.seed.spawn(2)
         self._simulator = Simulator(
-            SimulatorConfig.for_arena(self.arena, self.noise),
+            self.simulator or SimulatorConfig.for_arena(self.arena, self.noise),
             np.random.default_rng(simulator_seed),
         )
         eyes = self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)

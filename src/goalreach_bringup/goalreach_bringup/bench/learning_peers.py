@@ -7,7 +7,7 @@ import statistics
 import time
 from typing import TYPE_CHECKING
 
-from goalreach_bringup.bench.row import BenchRow
+from goalreach_bringup.bench.row import BenchRow, Goal
 
 if TYPE_CHECKING:
     from goalreach_bringup.bench.support.sb3_learning import DqnLearning
@@ -18,6 +18,7 @@ SUMMARY = 'One learning phase beside DQN on the same task and IR-SIM over the sa
 
 _STEP_S = 0.1
 _MOST_DRIVES = 4000
+_FASTER = Goal(of='ratio', relation='<=', bound=1 / 200)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +43,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     if not has_irsim:
         print('IR-SIM is not installed: left out (pip install goalreach[bench])')
     ours, robot_s, dqn, irsim = [], [], [], []
+    _learn(options.seed)  # the first one pays for what is loaded and computed once
     for number in range(options.rounds):
         took_s, drove_s = _learn(options.seed + number)
         ours.append(took_s)
@@ -100,6 +102,7 @@ def _irsim_row(ours: list[float], robot_s: list[float], irsim: list[float]) -> B
         ours=statistics.median(ours),
         reference=statistics.median(irsim) if irsim else None,
         reference_name='IR-SIM driving as long, 10 Hz' if irsim else '',
+        goal=_FASTER if irsim else None,
         n=len(ours),
         note=f'{drove_s:.0f} robot-seconds of driving at full speed, turns not counted',
     )

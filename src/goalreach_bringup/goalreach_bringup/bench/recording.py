@@ -29,7 +29,7 @@ from goalreach_bringup.bench.support.recorded_run import (
 )
 from goalreach_msgs_py.errors import ConfigurationError
 
-__all__ = ['SUMMARY', 'configure', 'execute']
+__all__ = ['SUMMARY', 'configure', 'execute', 'processor_row']
 
 SUMMARY = 'Recorder: processor, memory, losses, sudden deaths; its writer beside that of rosbags'
 
@@ -149,6 +149,34 @@ def _writers(folder: Path, images: int) -> list[BenchRow]:
             )
         )
     return rows
+
+
+def processor_row(folder: Path, images: int, rounds: int) -> BenchRow:
+    """Return the processor time of our writer beside that of rosbags, MCAP, turn about.
+
+    Args:
+        folder: Where the bags go.
+        images: Images in each bag.
+        rounds: Bags of each.
+    """
+    data = np.random.default_rng(0).integers(0, 256, _IMAGE_BYTES, dtype=np.uint8).tobytes()
+    took: dict[str, list[float]] = {'ours': [], 'rosbags': []}
+    for number in range(rounds):
+        for name, write in (('ours', _write_ours), ('rosbags', _write_rosbags)):
+            began_s = time.process_time()
+            write(folder / f'{name}-{number}', 'mcap', data, images)
+            took[name].append((time.process_time() - began_s) / images * 1e6)
+    return BenchRow(
+        name='recording an image of 640 x 480, MCAP, processor time',
+        unit='us',
+        ours=statistics.median(took['ours']),
+        reference=statistics.median(took['rosbags']),
+        reference_name='raw writer of rosbags',
+        goal=Goal(of='ratio', relation='<=', bound=1.3),
+        n=rounds,
+        note=f'from {min(took["ours"]):.0f} to {max(took["ours"]):.0f}; ours flushes every '
+        'chunk and keeps check sums',
+    )
 
 
 def _write_ours(path: Path, storage: str, data: bytes, images: int) -> float:

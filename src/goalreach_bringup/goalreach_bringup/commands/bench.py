@@ -7,6 +7,7 @@ import importlib
 from pathlib import Path
 import pkgutil
 from types import ModuleType
+from typing import Any
 
 from goalreach_bringup import bench
 
@@ -15,6 +16,7 @@ __all__ = ['SUMMARY', 'configure', 'execute', 'suites']
 SUMMARY = 'Measure this machine against floors and peers; studies behind the documents'
 
 _HELPERS = ('row', 'report')
+_DEFAULT = 'performance'
 
 
 def suites() -> list[str]:
@@ -24,8 +26,15 @@ def suites() -> list[str]:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add one sub-command per suite, each with its own options."""
-    choice = parser.add_subparsers(dest='suite', metavar='SUITE', required=bool(suites()))
+    """Add one sub-command per suite, each with its own options; without one, those of all rows."""
+    json_option: dict[str, Any] = {
+        'type': Path,
+        'metavar': 'FILE',
+        'help': 'write the rows as JSON',
+    }
+    parser.add_argument('--json', **json_option)
+    _load(_DEFAULT).configure(parser)
+    choice = parser.add_subparsers(dest='suite', metavar='SUITE')
     for name in suites():
         suite = _load(name)
         sub = choice.add_parser(
@@ -34,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             description=suite.SUMMARY,
             formatter_class=argparse.ArgumentDefaultsHelpFormatter,
         )
-        sub.add_argument('--json', type=Path, metavar='FILE', help='write the rows as JSON')
+        sub.add_argument('--json', **json_option)
         suite.configure(sub)
 
 
@@ -55,8 +64,9 @@ def execute(options: argparse.Namespace) -> int:
 
     if options.json is not None:
         require_writable(options.json)
-    with at_work(f'bench {options.suite}'):
-        rows = _load(options.suite.replace('-', '_')).execute(options)
+    suite = options.suite or _DEFAULT
+    with at_work(f'bench {suite}'):
+        rows = _load(suite.replace('-', '_')).execute(options)
     show_rows(rows)
     if options.json is not None:
         write_summary(options.json, rows_to_json(rows, seed=options.seed))
