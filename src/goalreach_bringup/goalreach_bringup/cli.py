@@ -20,6 +20,7 @@ COMMANDS: Final = (
     'run',
     'train',
     'evaluate',
+    'sweep',
     'record',
     'replay',
     'bag',

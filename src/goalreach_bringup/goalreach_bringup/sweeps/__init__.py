@@ -1,0 +1,1 @@
+"""Sweeps over seeds, noise and arenas, on this machine or on many."""
