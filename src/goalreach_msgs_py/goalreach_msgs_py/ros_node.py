@@ -7,11 +7,13 @@ import ctypes
 import os
 import signal
 import sys
+import time
 from types import FrameType
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 import rclpy
+from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
@@ -39,6 +41,7 @@ LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
 """Environment variable by which a launcher asks its nodes to end when it dies."""
 
 _SPIN_S = 0.25
+_DELIVERY_S = 0.5
 _DIAGNOSTICS_TICKS = 25
 _STATUS_BAD_CONFIGURATION = 2
 _PR_SET_PDEATHSIG = 1
@@ -150,10 +153,20 @@ def run_nodes(
     except GoalreachError as error:
         return _refuse(f'{name}: {error}')
     finally:
+        _deliver(nodes)
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _deliver(nodes: Sequence[Node]) -> None:
+    """Wait a little until all who listen reliably have what was sent: the last word counts."""
+    deadline_s = time.monotonic() + _DELIVERY_S
+    for publisher in (publisher for node in nodes for publisher in node.publishers):
+        left_s = deadline_s - time.monotonic()
+        if left_s > 0.0:
+            publisher.wait_for_all_acked(Duration(seconds=left_s))
 
 
 def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
