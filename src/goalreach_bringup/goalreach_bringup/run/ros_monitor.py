@@ -65,7 +65,7 @@ class RunMonitor(Node):
         self._referee = Referee(starts, policy.regions, first_path=first_path)
         self._heard: tuple[int, bytes] | None = None
         self._heard_s = time.monotonic()
-        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
+        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=2000)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
         self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
