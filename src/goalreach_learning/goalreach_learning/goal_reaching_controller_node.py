@@ -17,6 +17,7 @@ from goalreach_learning.controller import ControllerConfig, GoalReachingControll
 from goalreach_learning.mission import MissionConfig, PathOrder
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
+from goalreach_learning.ros_judge import JudgeWait
 from goalreach_learning.ros_placement import RobotPlacement
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
@@ -76,6 +77,7 @@ class GoalReachingControllerNode(Node):
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
         self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, DEEP_QOS)
+        self._judge = JudgeWait(self, self._transitions, self._mission.judge)
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
         self._q_table.publish(q_table_to_msg(self._controller.policy.q))
@@ -144,7 +146,8 @@ class GoalReachingControllerNode(Node):
             self._outbox.send(self._drive, twist_to_raw(_STANDING, stamp_ns))
             return
         if not self._driving:
-            self._begin_next_path(stamp_ns)
+            self._busy = True
+            self._judge.when_listening(lambda: self._begin_next_path(stamp_ns))
             return
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
         self._report(stamp_ns, state)

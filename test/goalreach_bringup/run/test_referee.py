@@ -1,5 +1,6 @@
 """Cutting ticks into paths and judging them."""
 
+from collections.abc import Sequence
 import itertools
 
 import pytest
@@ -63,14 +64,16 @@ def test_ticks_between_the_end_and_the_next_placing_belong_to_no_path() -> None:
     assert results[1].start == other
 
 
+def of_kind(events: Sequence[tuple[str, int]], kind: str) -> list[tuple[str, int]]:
+    return [event for event in events if event[0] == kind]
+
+
 def test_it_does_not_matter_when_an_outcome_arrives() -> None:
     events = [('tick', 1), ('tick', 2), ('outcome', 2), ('tick', 3), ('tick', 4), ('outcome', 4)]
     lengths = set()
     for order in itertools.permutations(events):
-        if [event for event in order if event[0] == 'tick'] != [
-            e for e in events if e[0] == 'tick'
-        ]:
-            continue  # the ticks of a synchronizer come in order
+        if any(of_kind(order, kind) != of_kind(events, kind) for kind in ('tick', 'outcome')):
+            continue  # the ticks of a synchronizer come in order, and so do those of one sender
         referee = Referee([], REGIONS)
         results = []
         for kind, stamp in order:
@@ -108,3 +111,31 @@ def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
     assert not referee.add_tick(tick(5, 1.7, 0.5))
     (result,) = referee.add_outcome(5, 0, PathOutcome.TIMEOUT)
     assert (result.outcome, result.length_m) == ('timeout', 0.0)
+
+
+def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> None:
+    referee = Referee([START], REGIONS)
+    ticks = [tick(1, 0.5, 3.0), tick(2, 1.0, 3.0), tick(3, 0.5, 3.0), tick(4, 0.5, 2.9)]
+    for each in ticks:
+        assert not referee.add_tick(each)
+    (result,) = referee.add_outcome(4, 1, PathOutcome.BUMP)
+    assert result.outcome == 'bump'
+    assert result.length_m == pytest.approx(0.1)
+    assert result.duration_s == pytest.approx(1e-9)
+    assert referee.unheard == [0]
+    assert (referee.progress.path, referee.waits) == (2, False)
+
+
+def test_a_path_of_which_no_tick_was_heard_is_counted() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_outcome(3, 0, PathOutcome.GOAL)
+    assert not referee.settle()
+    assert (referee.unheard, referee.progress.path) == ([0], 1)
+
+
+def test_an_outcome_that_comes_twice_counts_once() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_tick(tick(1, 0.5, 3.0))
+    assert len(referee.add_outcome(1, 0, PathOutcome.BUMP)) == 1
+    assert not referee.add_outcome(1, 0, PathOutcome.BUMP)
+    assert not referee.waits

@@ -30,6 +30,7 @@ __all__ = [
     'CONTROLLER',
     'ESTIMATOR',
     'LOCALIZER',
+    'MONITOR',
     'NODES',
     'ROBOT',
     'RunSeeds',
@@ -43,6 +44,7 @@ LOCALIZER: Final = 'landmark_localizer'
 ESTIMATOR: Final = 'state_estimator'
 CONTROLLER: Final = 'goal_reaching_controller'
 NODES: Final = (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
+MONITOR: Final = 'run_monitor'
 
 _ENDLESS_STARTS = 1000
 _START_CLEARANCE_M = 0.05
@@ -161,7 +163,11 @@ def _mission(
     learning: LearningRun | None,
 ) -> MissionConfig:
     mission = MissionConfig(
-        policy=policy_path, starts=starts, paths=options.paths, seed=seeds.controller
+        policy=policy_path,
+        starts=starts,
+        paths=options.paths,
+        judge=MONITOR,
+        seed=seeds.controller,
     )
     if learning is None:
         return mission

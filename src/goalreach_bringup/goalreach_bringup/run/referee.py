@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import itertools
 import math
 
 from goalreach_bringup.path_metrics import PathMeter, PathResult
@@ -52,10 +53,17 @@ class Progress:
 class Referee:
     """Cuts the stream of ticks into paths and judges each.
 
+    Outcomes come in the order of their paths. A path whose outcome or ticks were not heard is not
+    judged, but counted, and the next one is waited for.
+
     Args:
         starts: Starting poses in the order driven, or empty where the robot is not placed.
         regions: The region map, for the true goal.
         first_path: Number of the first path.
+
+    Attributes:
+        last_ns: Stamp of the last tick.
+        unheard: Numbers of the paths that ended and could not be judged.
     """
 
     def __init__(
@@ -65,23 +73,23 @@ class Referee:
         self._starts = tuple(starts)
         self._regions = regions
         self._path = first_path
-        self._meter: PathMeter | None = None
         self._ticks: dict[int, Tick] = {}
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
         self.last_ns = 0
+        self.unheard: list[int] = []
         self._truth: Pose2 | None = None
 
     @property
     def waits(self) -> bool:
         """Whether an outcome waits for the tick of its stamp."""
-        return self._path in self._outcomes
+        return bool(self._outcomes)
 
     @property
     def progress(self) -> Progress:
         """How far the run is."""
         return Progress(
             path=self._path,
-            on_the_way=self._meter is not None or bool(self._ticks),
+            on_the_way=bool(self._ticks),
             last_ns=self.last_ns,
             truth=self._truth,
         )
@@ -96,7 +104,8 @@ class Referee:
 
     def add_outcome(self, time_ns: int, path: int, outcome: PathOutcome) -> list[PathResult]:
         """Add the controller's word that a path ended; return the paths that it completes."""
-        self._outcomes[path] = (time_ns, outcome)
+        if path >= self._path:
+            self._outcomes[path] = (time_ns, outcome)
         return self._judge()
 
     def settle(self) -> list[PathResult]:
@@ -109,37 +118,53 @@ class Referee:
         On an overloaded machine ticks are lost on their way here; then the nearest one counts.
         """
         results: list[PathResult] = []
-        while self._path in self._outcomes:
-            end_ns, outcome = self._outcomes[self._path]
+        while self._outcomes:
+            path = min(self._outcomes)
+            end_ns, outcome = self._outcomes[path]
             if self.last_ns < end_ns and not settled:
                 break
-            del self._outcomes[self._path]
-            truth = self._truth
-            for stamp_ns in sorted(self._ticks):
-                if stamp_ns <= end_ns:
-                    last = self._ticks.pop(stamp_ns)
-                    truth = last.truth
-                    self._measure(last)
-            if truth is not None:
-                in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
-                meter = self._meter or PathMeter(self._start(truth))
-                results.append(meter.finish(outcome, in_goal=in_goal))
-            self._path, self._meter = self._path + 1, None
+            del self._outcomes[path]
+            stamps_ns = sorted(stamp_ns for stamp_ns in self._ticks if stamp_ns <= end_ns)
+            ticks = [self._ticks.pop(stamp_ns) for stamp_ns in stamps_ns]
+            truth = ticks[-1].truth if ticks else self._truth
+            skipped = range(self._path, path)
+            self._path = path
+            self.unheard.extend(skipped)
+            if truth is None:
+                self.unheard.append(path)
+            else:
+                results.append(
+                    self._close(self._of_last_placing(ticks) if skipped else ticks, truth, outcome)
+                )
+            self._path += 1
         return results
+
+    def _close(self, ticks: Sequence[Tick], truth: Pose2, outcome: PathOutcome) -> PathResult:
+        """Measure the running path by its ticks; what comes before the placing is left out."""
+        begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
+        ticks = ticks[next(begin, len(ticks)) :]
+        meter = PathMeter(self._start(ticks[0].truth if ticks else truth))
+        for tick in ticks:
+            meter.add(
+                time_ns=tick.time_ns,
+                truth=tick.truth,
+                estimate=tick.estimate,
+                commanded_heading_rad=tick.commanded_heading_rad,
+            )
+        in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
+        return meter.finish(outcome, in_goal=in_goal)
+
+    def _of_last_placing(self, ticks: Sequence[Tick]) -> Sequence[Tick]:
+        """Return the ticks from when the robot came to the start for the last time."""
+        began = 0
+        for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):
+            if self._is_at_start(later) and not self._is_at_start(earlier):
+                began = number
+        return ticks[began:]
 
     def _start(self, truth: Pose2) -> Pose2:
         return self._starts[self._path % len(self._starts)] if self._starts else truth
 
-    def _measure(self, tick: Tick) -> None:
-        if self._meter is None:
-            start = self._start(tick.truth)
-            away_m = math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m)
-            if away_m > _PLACED_M:
-                return
-            self._meter = PathMeter(start)
-        self._meter.add(
-            time_ns=tick.time_ns,
-            truth=tick.truth,
-            estimate=tick.estimate,
-            commanded_heading_rad=tick.commanded_heading_rad,
-        )
+    def _is_at_start(self, tick: Tick) -> bool:
+        start = self._start(tick.truth)
+        return math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m) <= _PLACED_M

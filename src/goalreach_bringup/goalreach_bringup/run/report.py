@@ -39,15 +39,23 @@ class RunReport:
     def path(self, result: PathResult) -> None:
         """Show one finished path."""
         self._done += 1
-        number = f'{self._done}/{self._total}' if self._total else str(self._done)
         start = result.start
         self._out.print(
-            f'path {number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
+            f'path {self._number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
             f'{math.degrees(start.heading_rad):6.1f} deg  '
             f'{result.outcome:<10} {result.duration_s:5.1f} s  {result.length_m:5.2f} m',
             markup=False,
             style=None if result.outcome == 'goal' else 'bold red',
         )
+
+    def unheard(self) -> None:
+        """Show that a path ended without being judged."""
+        self._done += 1
+        self.warn(f'path {self._number:>7}  its end was not heard: not judged')
+
+    @property
+    def _number(self) -> str:
+        return f'{self._done}/{self._total}' if self._total else str(self._done)
 
     def table(
         self, results: Sequence[PathResult], *, mode: str, sim_time_s: float, wall_time_s: float

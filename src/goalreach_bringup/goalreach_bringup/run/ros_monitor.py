@@ -11,9 +11,11 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 
 from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.run.plan import MONITOR
 from goalreach_bringup.run.referee import Progress, Referee, Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
@@ -38,7 +40,9 @@ _SETTLED_S = 1.0
 class RunMonitor(Node):
     """Follows truth, state and transitions and hands finished paths to the launcher.
 
-    Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/transition`, `/q_learning/q_table`.
+    Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has heard a
+    whole tick, `/q_learning/transition`: the controller waits for that before its first path, so
+    that no path is driven unheard.
 
     Args:
         starts: Starting poses in the order driven.
@@ -46,6 +50,7 @@ class RunMonitor(Node):
         mode: How it is driven.
         on_path: Called with each finished path.
         first_path: Number of the first path.
+        remaps: Remapping rules of ROS 2, those of the graph.
     """
 
     def __init__(
@@ -56,9 +61,11 @@ class RunMonitor(Node):
         mode: str,
         on_path: Callable[[PathResult], None],
         first_path: int = 0,
+        remaps: Sequence[str] = (),
     ) -> None:
         """Subscribe."""
-        super().__init__('run_monitor')
+        rules = [word for rule in remaps for word in ('--remap', rule)]
+        super().__init__(MONITOR, cli_args=['--ros-args', *rules] if rules else None)
         self._policy = policy
         self._mode = mode
         self._on_path = on_path
@@ -68,7 +75,7 @@ class RunMonitor(Node):
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=2000)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
-        self.create_subscription(DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
+        self._transitions: Subscription[DiagnosticArray] | None = None
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_SETTLED_S, self._settle, clock=steady)
@@ -84,6 +91,11 @@ class RunMonitor(Node):
             return progress
         return replace(progress, last_ns=stamp_ns, truth=_truth(raw))
 
+    @property
+    def unheard(self) -> int:
+        """How many paths ended and could not be judged."""
+        return len(self._referee.unheard)
+
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._heard_s = time.monotonic()
@@ -91,9 +103,17 @@ class RunMonitor(Node):
                 self._heard = (stamp_ns, raw)
             inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is not None:
+                self._listen()
                 self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
 
         return collect
+
+    def _listen(self) -> None:
+        """Listen to the ends of paths, now that their ticks are heard."""
+        if self._transitions is None:
+            self._transitions = self.create_subscription(
+                DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS
+            )
 
     def _on_tick(self, stamp_ns: int, truth: bytes, raw_state: bytes) -> None:
         state = state_from_raw(raw_state)

@@ -58,6 +58,7 @@ class RunSession:
         self._seeds = RunSeeds.spawn(options.seed)
         self._starts = choose_starts(options, self._arena, self._seeds)
         self._results: list[PathResult] = []
+        self._unheard = 0
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
         self._page: PageProcess | None = None
@@ -153,6 +154,7 @@ class RunSession:
                 mode=str(parameters[CONTROLLER]['mode']),
                 on_path=self._on_path,
                 first_path=self._learning.first_path if self._learning else 0,
+                remaps=self._options.remaps,
             )
             graph.follow(monitor, lambda: stop.requested or self._is_over(monitor))
         finally:
@@ -175,6 +177,9 @@ class RunSession:
 
     def _is_over(self, monitor: RunMonitor) -> bool:
         self._sim_time_s = monitor.progress.last_ns * 1e-9
+        while self._unheard < monitor.unheard:
+            self._unheard += 1
+            self._report.unheard()
         if self._page is not None:
             self._page.look()
         if self._recorder is not None:
@@ -183,7 +188,7 @@ class RunSession:
 
     def _complete(self) -> bool:
         total = self._total_paths()
-        return bool(total) and len(self._results) >= total
+        return bool(total) and len(self._results) + self._unheard >= total
 
     def _on_path(self, result: PathResult) -> None:
         self._results.append(result)
