@@ -41,7 +41,7 @@ def test_the_watchdog_stops_a_robot_that_hears_nothing(tmp_path: Path) -> None:
         stopped_y_m = robot.pose.y_m
         robot.wait_for_ticks(10)
         assert robot.pose.y_m == stopped_y_m
-        # The watchdog's half second, a ramp of 0.06 m, and commands that were still under way.
+        # 0.4 s, 0.01 m to brake, and commands that were still under way.
         assert 0.05 < last_y_m - stopped_y_m < 1.0
         assert 'Traceback' not in robot.log
 

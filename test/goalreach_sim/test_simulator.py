@@ -164,11 +164,42 @@ def test_watchdog_stops_the_drive() -> None:
         simulator.advance()
     frame = simulator.sense()
     assert frame.truth.twist == twist(0.0, 0.0)
-    # The ramp would end at 0.525 s; the watchdog comes at 0.5 s and 0.381 m/s, after 0.09525 m,
-    # and brakes at 6.2 m/s^2 over 0.381^2 / 12.4 = 0.0117065 m.
-    assert START.y_m - frame.truth.pose.y_m == pytest.approx(0.1069565, abs=1e-6)
-    # The turret stops too: 30 deg/s^2 for 0.5 s up and 0.5 s down make 7.5 degrees.
-    assert frame.joints.turret_rad == pytest.approx(math.radians(7.5), abs=1e-9)
+    # The ramp would end at 0.525 s; the watchdog comes at 0.4 s and 0.3048 m/s, after 0.06096 m,
+    # and brakes at 5.08 m/s^2 over 0.3048^2 / 10.16 = 0.009144 m.
+    assert START.y_m - frame.truth.pose.y_m == pytest.approx(0.070104, abs=1e-9)
+    # The turret stops too: 30 deg/s^2 for 0.4 s up and 0.4 s down make 4.8 degrees.
+    assert frame.joints.turret_rad == pytest.approx(math.radians(4.8), abs=1e-9)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_the_watchdog_has_stopped_the_drive_from_full_speed_when_its_time_is_over(
+    sign: float,
+) -> None:
+    simulator = make_simulator()
+    for _ in range(25):
+        simulator.command_drive(twist(sign * 0.508, 0.0))
+        simulator.advance()
+    speeds = []
+    for _ in range(13):
+        speeds.append(sign * simulator.sense().truth.twist.linear_m_per_s)
+        simulator.advance()
+    # From 0.04 s after the last command on: full speed until 0.4 s; at 0.5 s, and so at the tick
+    # of 0.52 s, it stands.
+    assert speeds == pytest.approx([0.508] * 10 + [0.3048, 0.1016, 0.0])
+    assert simulator.sense().truth.twist == twist(0.0, 0.0)
+
+
+def test_a_command_while_the_watchdog_brakes_counts_at_once() -> None:
+    simulator = make_simulator()
+    for _ in range(25):
+        simulator.command_drive(twist(0.4, 0.0))
+        simulator.advance()
+    for _ in range(10):
+        simulator.advance()
+    assert simulator.sense().truth.twist.linear_m_per_s == pytest.approx(0.4 - 0.04 * 5.08)
+    simulator.command_drive(twist(0.4, 0.0))
+    simulator.advance()
+    assert simulator.sense().truth.twist.linear_m_per_s == pytest.approx(0.1968 + 0.04 * 0.762)
 
 
 def test_head_moves_without_a_drive_command() -> None:
@@ -215,5 +246,5 @@ def test_an_old_command_keeps_the_watchdog_waiting_for_less() -> None:
         for _ in range(25):
             simulator.advance()
         stopped_m.append(before.y_m - simulator.sense().truth.pose.y_m)
-    # 0.4 m/s for 0.5 s, and 0.4^2 / 12.4 to brake; 0.2 s less of the first.
-    assert stopped_m == pytest.approx([0.2129032, 0.1329032], abs=1e-6)
+    # 0.4 m/s for 0.4 s, and 0.4^2 / 10.16 to brake; 0.2 s less of the first.
+    assert stopped_m == pytest.approx([0.175748, 0.095748], abs=1e-6)

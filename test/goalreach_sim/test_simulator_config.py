@@ -47,6 +47,7 @@ def test_survives_the_way_through_ros_parameters() -> None:
         ({'noise.read_noise_dn': -1.0}, r'noise\.read_noise_dn = -1\.0'),
         ({'drive.steering_speed_rad_per_s': 0.0}, r'drive\.steering_speed_rad_per_s'),
         ({'camera_rate_hz': 0.0}, 'camera_rate_hz'),
+        ({'watchdog_s': 0.1}, 'watchdog_s = 0.1: must be longer than braking from full speed'),
     ],
 )
 def test_bad_values_are_refused_by_name(values: dict[str, object], line: str) -> None:

@@ -79,7 +79,12 @@ class Nomad200Node(Node):
         self.create_service(Trigger, RESET_SERVICE, self._on_reset)
         self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
         lockstep = timing.clock == 'lockstep'
-        self._guard = CommandGuard(self, limit_s=config.watchdog_s, silence=not lockstep)
+        self._guard = CommandGuard(
+            self,
+            limit_s=config.watchdog_s,
+            brakes_after_s=config.brakes_after_s,
+            silence=not lockstep,
+        )
         self._head_target: HeadAngles | None = None
         self._placed = False
         self._lockstep: LockstepClock | None = None

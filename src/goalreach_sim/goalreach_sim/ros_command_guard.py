@@ -25,28 +25,34 @@ class CommandGuard:
     Args:
         node: The robot's node.
         limit_s: Age from which a command is refused, seconds of the graph's clock.
+        brakes_after_s: Time without a command after which the watchdog brakes, seconds.
         silence: Whether to tell that no command comes; in lockstep the clock does that.
     """
 
-    def __init__(self, node: Node, *, limit_s: float, silence: bool) -> None:
+    def __init__(
+        self, node: Node, *, limit_s: float, brakes_after_s: float, silence: bool
+    ) -> None:
         """Start to look."""
         self._node = node
         self._limit_ns = round(limit_s * 1e9)
+        self._brakes_after_ns = round(brakes_after_s * 1e9)
         self._reporter = InputReporter(node, [CLOCK, CMD_VEL, HEAD_COMMAND]) if silence else None
         self._now_ns: int | None = None
         self._taken_ns: int | None = None
+        self._moved = False
         self._ticks = 0
         self._drivers: list[str] = []
 
     def tick(self, stamp_ns: int, *, moving: bool) -> None:
         """Take note of a tick of the robot's clock; tell when the watchdog ends a motion."""
         self._now_ns = stamp_ns
-        if self._taken_ns is not None and stamp_ns - self._taken_ns > self._limit_ns:
+        if self._taken_ns is not None and stamp_ns - self._taken_ns > self._brakes_after_ns:
             self._taken_ns = None
-            if moving:
-                silent_s = self._limit_ns * 1e-9
+            if moving or self._moved:
+                silent_s = self._brakes_after_ns * 1e-9
                 line = f'{CMD_VEL}: nothing for {silent_s:g} s: the watchdog brakes'
                 self._node.get_logger().warning(line)
+        self._moved = moving
         if self._reporter is not None:
             self._reporter.heard(CLOCK, stamp_ns)
         self._ticks += 1

@@ -69,7 +69,7 @@ class Simulator:
                 length_m=config.arena_length_m,
                 body_radius_m=config.body_radius_m,
             ),
-            watchdog_s=config.watchdog_s,
+            watchdog_s=config.brakes_after_s,
             watchdog_braking_m_per_s2=config.watchdog_braking_m_per_s2,
             odometry_scale=errors.odometry_scale,
             drift_rad_per_m=errors.drift_rad_per_m,

@@ -109,15 +109,15 @@ class SimulatorConfig:
     )
     watchdog_s: float = parameter(
         0.5,
-        'The drive brakes to rest when no command came for so long, s; chosen',
+        'The drive stands when no command came for so long, s; it brakes in time; chosen',
         minimum=0.01,
         maximum=60.0,
         fixed=True,
     )
     watchdog_braking_m_per_s2: float = parameter(
-        6.2,
-        'How hard the watchdog brakes the drive, m/s^2; chosen: at rest within 0.1 s from any '
-        'speed, so within 0.6 s of the last command',
+        5.08,
+        'How hard the watchdog brakes the drive, m/s^2; chosen: 200 in/s^2, at rest within 0.1 s '
+        'from any speed, so it begins 0.4 s after the last command',
         minimum=0.01,
         maximum=100.0,
         fixed=True,
@@ -133,6 +133,9 @@ class SimulatorConfig:
         for name in ('arena_width_m', 'arena_length_m'):
             if getattr(self, name) <= 2.0 * self.body_radius_m:
                 raise ConfigurationError(name, getattr(self, name), 'wider than the robot')
+        if self.brakes_after_s <= 0.0:
+            allowed = 'longer than braking from full speed takes: watchdog_braking_m_per_s2'
+            raise ConfigurationError('watchdog_s', self.watchdog_s, allowed)
         if len(self.landmarks_m) % 3 or not self.landmarks_m:
             raise ConfigurationError('landmarks_m', self.landmarks_m, 'x, y, z of each LED')
         if len(self.posts_m) % 4:
@@ -144,6 +147,12 @@ class SimulatorConfig:
             and radius_m <= y_m <= self.arena_length_m - radius_m
         ):
             raise ConfigurationError('start_pose', self.start_pose, 'on the free floor')
+
+    @property
+    def brakes_after_s(self) -> float:
+        """Time without a command after which the watchdog begins to brake, seconds."""
+        full_m_per_s = self.drive.translation_speed_m_per_s
+        return self.watchdog_s - full_m_per_s / self.watchdog_braking_m_per_s2
 
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> SimulatorConfig:
