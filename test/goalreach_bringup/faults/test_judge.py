@@ -135,3 +135,11 @@ def test_kinds_are_chosen_by_a_word() -> None:
     assert choose_kinds('') == KINDS
     with pytest.raises(ConfigurationError, match='--kinds'):
         choose_kinds('earthquake')
+
+
+def test_the_clock_at_a_moment_is_the_tick_sent_last_even_of_a_stack_that_began_anew() -> None:
+    record = Record(Arena())
+    record.sent_ns.update({40: 1000, 80: 1100, 120: 1200})
+    assert [record.clock_at(wall_ns) for wall_ns in (999, 1000, 1150, 5000)] == [0, 40, 80, 120]
+    record.sent_ns.update({40: 2000, 80: 2100})
+    assert [record.clock_at(wall_ns) for wall_ns in (1999, 2050, 2100)] == [120, 40, 80]

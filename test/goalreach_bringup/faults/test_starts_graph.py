@@ -35,5 +35,5 @@ def test_a_dead_controller_or_localizer_stops_the_robot_from_full_speed() -> Non
         'goal_reaching_controller',
         'landmark_localizer',
     ]
-    # A busy machine's commands may be one tick late on their way.
-    assert all(taken_s <= 0.64 for _, taken_s in taken), taken
+    # It stands at 0.5 s: at the tick of 0.52 s. The last command may be older than the end.
+    assert all(0.4 < taken_s <= 0.56 for _, taken_s in taken), taken

@@ -106,7 +106,8 @@ class Record:
         Args:
             wall_ns: The moment by the system's clock, nanoseconds.
         """
-        return max((s for s, sent_ns in self.sent_ns.items() if sent_ns <= wall_ns), default=0)
+        sent = ((sent_ns, s) for s, sent_ns in self.sent_ns.items() if sent_ns <= wall_ns)
+        return max(sent, default=(0, 0))[1]
 
     @property
     def clock_s(self) -> float:

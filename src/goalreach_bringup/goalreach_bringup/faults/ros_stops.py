@@ -25,12 +25,16 @@ _FULL_SPEED_M_PER_S: Final = 0.5
 _STANDS_M_PER_S: Final = 1e-6
 _STARTS: Final = ('1.8,4.7,-90', '1.2,4.7,-80', '2.4,4.7,-100')
 _WAIT_S: Final = 40.0
+_PER_STACK: Final = 8
+"""Every part is killed twice in one stack, far from the deaths after which it is given up."""
 
 
 def measure_stops(
     times: int, *, domain: int, speed: float, seed: int, keep: Callable[[str, float], None]
 ) -> None:
     """Kill or stop controller or localizer at full speed, and time the robot.
+
+    The launcher is held meanwhile: it would have replaced the part before the robot stands.
 
     Args:
         times: How often in all.
@@ -50,7 +54,7 @@ def measure_stops(
         )
         try:
             for number in range(times):
-                if graph.stack is None or not graph.stack.alive:
+                if number % _PER_STACK == 0 or graph.stack is None or not graph.stack.alive:
                     graph.stop()
                     graph.start(*(word for start in _STARTS for word in ('--start', start)))
                 part, how = _PARTS[number % 2], _SIGNALS[number // 2 % 2]
@@ -70,6 +74,7 @@ def _one(graph: BenchGraph, part: str, how: signal.Signals, rng: np.random.Gener
         raise GoalreachError('the robot does not come to full speed')
     graph.serve(rng.uniform(0.0, 0.04) / graph.speed)
     pid = graph.running.node_pid(part)
+    os.kill(graph.running.pid, signal.SIGSTOP)
     graph.running.send(part, how)
     moment_ns = time.time_ns()
     stood = graph.serve_until(lambda: record.speed_m_per_s < _STANDS_M_PER_S, _WAIT_S)
@@ -77,6 +82,7 @@ def _one(graph: BenchGraph, part: str, how: signal.Signals, rng: np.random.Gener
     taken_s = (record.clock_ns - began_ns) * 1e-9 if stood else float('inf')
     if how is signal.SIGSTOP:
         _let_go_on(pid)
+    _let_go_on(graph.running.pid)
     record.end()
     graph.serve_until(lambda: record.healthy_since is not None, _WAIT_S)
     return round(taken_s, 6)
