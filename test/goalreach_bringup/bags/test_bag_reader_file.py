@@ -128,3 +128,8 @@ def test_type_that_jazzy_lacks_is_learned_from_the_bag() -> None:
 def test_bytes_that_are_no_such_message_are_refused() -> None:
     with pytest.raises(GoalreachError, match='/text: no std_msgs/msg/String'):
         Decoder([string_topic()]).decode('/text', b'\0\1\0\0\xff\xff\0\0')
+
+
+def test_a_word_in_place_of_seconds_is_refused_and_not_repeated(bag: Path) -> None:
+    change(bag, 'sec: 9223372036', 'sec: x')
+    assert 'is damaged or cut short (invalid literal for int()' in refusal(bag)

@@ -179,3 +179,16 @@ def test_what_is_no_bag_is_refused(tmp_path: Path, files: dict[str, bytes], reas
 def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BagError, match='is not a bag'):
         repair_bag(tmp_path / 'nothing')
+
+
+@pytest.mark.parametrize('offers', ['- rel]ability: reliable', "- depth: '7'", '[' * 1000])
+def test_offers_that_are_damaged_take_no_message_away(tmp_path: Path, offers: str) -> None:
+    write_bag(tmp_path / 'bag', texts(5), storage='sqlite3')
+    with closing(sqlite3.connect(tmp_path / 'bag' / 'bag_0.db3')) as base, base:
+        base.execute('UPDATE topics SET offered_qos_profiles = ?', (offers,))
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+
+    assert repair_bag(tmp_path / 'bag').messages == 5
+    with BagReader(tmp_path / 'bag') as bag:
+        assert sum(1 for _ in bag.messages()) == 5
+    assert repair_bag(tmp_path / 'bag').was_sound

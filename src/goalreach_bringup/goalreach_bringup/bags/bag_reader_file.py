@@ -209,12 +209,16 @@ def _topic(connection: Connection) -> BagTopic:
 def _offer(offer: Any) -> QosOffer:  # noqa: ANN401 - a value of rosbags
     return QosOffer(
         history=offer.history.name.lower(),
-        depth=offer.depth,
+        depth=int(offer.depth),
         reliability=offer.reliability.name.lower(),
         durability=offer.durability.name.lower(),
         liveliness=offer.liveliness.name.lower(),
-        deadline_ns=offer.deadline.sec * _NS_PER_S + offer.deadline.nsec,
-        lifespan_ns=offer.lifespan.sec * _NS_PER_S + offer.lifespan.nsec,
-        liveliness_lease_duration_ns=offer.liveliness_lease_duration.sec * _NS_PER_S
-        + offer.liveliness_lease_duration.nsec,
+        deadline_ns=_nanoseconds(offer.deadline),
+        lifespan_ns=_nanoseconds(offer.lifespan),
+        liveliness_lease_duration_ns=_nanoseconds(offer.liveliness_lease_duration),
     )
+
+
+def _nanoseconds(duration: Any) -> int:  # noqa: ANN401 - a value of rosbags
+    # A damaged file may hold words here, which would be repeated a billion times.
+    return int(duration.sec) * _NS_PER_S + int(duration.nsec)

@@ -96,16 +96,18 @@ def _repair(path: Path, files: list[Path]) -> RepairResult:
     total = metadata.total
     sound = not broken and _is_readable(path, total.message_count)
     dropped = 0
-    for scan in broken:
-        if isinstance(scan, McapScan):
+    for scan in scans:
+        if isinstance(scan, SqliteScan):
+            if not sound:
+                repair_sqlite(scan, metadata_text(metadata), metadata.topics)
+        elif not scan.finished:
             dropped += scan.size - scan.end
             repair_mcap(scan, metadata_text(metadata))
-        else:
-            repair_sqlite(scan, metadata_text(metadata))
     if not sound:
         write_metadata(path, metadata)
-        with BagReader(path):
-            pass  # what cannot be opened now is damaged beyond repair, and says so
+        with BagReader(path) as bag:
+            for _ in bag.messages():
+                pass  # what cannot be read now is damaged beyond repair, and says so
     return RepairResult(
         path=path,
         messages=total.message_count,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Final
 
 from goalreach_bringup.bags.errors import BagError
 from goalreach_bringup.bags.metadata import METADATA_VERSION, FileSpan
-from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, parse_offers
+from goalreach_bringup.bags.topic import INFINITE_NS, BagTopic, offers_to_text, parse_offers
 
 __all__ = ['SqliteScan', 'is_unborn_sqlite', 'repair_sqlite', 'scan_sqlite']
 
@@ -114,8 +115,16 @@ def _scan(path: Path, base: sqlite3.Connection, *, indexed: bool) -> SqliteScan:
     )
 
 
-def repair_sqlite(scan: SqliteScan, metadata: str) -> None:
+def repair_sqlite(scan: SqliteScan, metadata: str, topics: Iterable[BagTopic]) -> None:
     """Make the indexes anew and add the bag's summary.
+
+    A reader that finds other offers in a file than in the summary takes the topics for different
+    ones, and gives none of their messages.
+
+    Args:
+        scan: The file.
+        metadata: The summary.
+        topics: The topics in the summary.
 
     Raises:
         OSError: The file cannot be written.
@@ -123,6 +132,10 @@ def repair_sqlite(scan: SqliteScan, metadata: str) -> None:
     try:
         with closing(sqlite3.connect(scan.path)) as base, base:
             base.execute('REINDEX')
+            base.executemany(
+                'UPDATE topics SET offered_qos_profiles = ? WHERE name = ?',
+                [(offers_to_text(topic.offers), topic.name) for topic in topics],
+            )
             base.execute('DELETE FROM metadata')
             base.execute('INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata))
     except sqlite3.Error as error:

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 import yaml
 
+from goalreach_msgs_py.yaml_text import load_yaml
+
 __all__ = ['INFINITE_NS', 'BagTopic', 'QosOffer', 'offers_to_text', 'parse_offers']
 
 INFINITE_NS: Final = 2**63 - 1
@@ -90,9 +92,9 @@ def offers_to_text(offers: Sequence[QosOffer]) -> str:
 def parse_offers(text: str) -> tuple[QosOffer, ...]:
     """Return the offers of such a text; of one that is not understood, none."""
     try:
-        documents = yaml.safe_load(text) or []
+        documents = load_yaml(text) or []
         return tuple(_offer(document) for document in documents)
-    except (yaml.YAMLError, TypeError, KeyError, AttributeError, ValueError):
+    except (yaml.YAMLError, TypeError, KeyError, AttributeError, ValueError, OverflowError):
         return ()
 
 
