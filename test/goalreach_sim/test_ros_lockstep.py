@@ -11,7 +11,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import CameraInfo, Image, JointState
+from std_msgs.msg import Header
 
+from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
 import graphs
 from ros_robot import LIMIT_S, RobotGraph, node_process, robot_graph
@@ -103,6 +105,24 @@ def test_names_the_nodes_that_never_came(tmp_path: Path) -> None:
         # This process speaks on /cmd_vel and /head/command already; the rest is missing.
         assert 'lockstep waits for landmark_localizer, state_estimator' in robot.log
         assert not robot.clock_ns
+
+
+def test_it_is_never_far_ahead_of_its_judge(tmp_path: Path) -> None:
+    with lockstep(tmp_path, judged=True, answer_timeout_s=1.0) as robot:
+        judge = robot.node.create_publisher(Header, '/_judged', RELIABLE_QOS)
+        for _ in range(99):
+            answer(robot)
+        stamp_ns = robot.clock_ns[-1]
+        robot.drive(0.0, 0.0, stamp_ns)
+        robot.turn_head(stamp_ns)
+        robot.wait(lambda: 'the judge did not answer on /_judged' in robot.log)
+        assert robot.clock_ns[-1] == stamp_ns
+        judge.publish(Header(stamp=stamp_to_msg(stamp_ns - 90 * PERIOD_NS)))
+        robot.wait(lambda: robot.clock_ns[-1] > stamp_ns)
+        robot.node.destroy_publisher(judge)
+        robot.wait(lambda: 'the judge has gone; the run goes on without it' in robot.log)
+        for _ in range(110):
+            answer(robot)
 
 
 def test_a_pause_withholds_the_answered_tick(tmp_path: Path) -> None:

@@ -12,10 +12,8 @@ SENSOR_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=10)
 """States, commands and events."""
 
-DEEP_QOS = QoSProfile(depth=2000)
-"""What is judged and counted: a listener that is late by 2000 ticks still misses none.
-
-In lockstep that is two or three seconds: so long may a busy machine leave the launcher waiting."""
+DEEP_QOS = QoSProfile(depth=200)
+"""What is judged and counted: a listener that is late by 200 ticks still misses none."""
 
 LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """What a late subscriber still needs: markers, Q-table."""

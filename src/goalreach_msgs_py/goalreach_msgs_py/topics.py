@@ -18,6 +18,7 @@ __all__ = [
     'HEAD_JOINTS',
     'IMAGE',
     'JOINT_STATES',
+    'JUDGED',
     'LANDMARKS',
     'MAP_FRAME',
     'MARKERS',
@@ -51,6 +52,7 @@ Q_TABLE: Final = '/q_learning/q_table'
 PATH: Final = '/path'
 DIAGNOSTICS: Final = '/diagnostics'
 RECORDED: Final = '/_recorded'
+JUDGED: Final = '/_judged'
 
 RESET_SERVICE: Final = '/nomad200/reset'
 PAUSE_SERVICE: Final = '/nomad200/pause'

@@ -46,7 +46,8 @@ class Nomad200Node(Node):
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
     `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
     `/diagnostics`, and `/tf`, `/tf_static` where tf2_msgs is installed.
-    Subscribes: `/cmd_vel`, `/head/command`, and in a recorded lockstep run `/_recorded`.
+    Subscribes: `/cmd_vel`, `/head/command`, and in lockstep `/_recorded` of a recorder
+    and `/_judged` of whoever judges the run.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
     `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
@@ -94,6 +95,7 @@ class Nomad200Node(Node):
                 self,
                 timeout_s=timing.answer_timeout_s,
                 recorded=timing.recorded,
+                judged=timing.judged,
                 tick=self._tick,
                 repeat=self._repeat,
             )

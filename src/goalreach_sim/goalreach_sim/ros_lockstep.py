@@ -20,11 +20,13 @@ from goalreach_msgs_py.topics import (
     HEAD_COMMAND,
     IMAGE,
     JOINT_STATES,
+    JUDGED,
     ODOM,
     POSE,
     RECORDED,
     STATE,
 )
+from goalreach_sim.ros_judge_window import JudgeWindow
 
 __all__ = ['LockstepClock']
 
@@ -39,6 +41,7 @@ _ANSWER_OF = {
     STATE: 'state_estimator',
     CMD_VEL: 'goal_reaching_controller',
     RECORDED: 'recorder',
+    JUDGED: 'the judge',
 }
 
 
@@ -54,6 +57,7 @@ class LockstepClock:
         node: The node whose executor serves the timer.
         timeout_s: Wall seconds until a silent node is named.
         recorded: Whether a recorder belongs to the run.
+        judged: Whether somebody judges the run; see `JudgeWindow`.
         tick: Advances and publishes; returns the new stamp, nanoseconds.
         repeat: Sends the last tick again.
     """
@@ -64,6 +68,7 @@ class LockstepClock:
         *,
         timeout_s: float,
         recorded: bool,
+        judged: bool = False,
         tick: Callable[[], int],
         repeat: Callable[[], None],
     ) -> None:
@@ -79,6 +84,7 @@ class LockstepClock:
         self._listening = False
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
+        self._window = JudgeWindow(node, judged=judged, on_room=self._step_if_answered)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         if recorded:
             node.create_subscription(Header, RECORDED, self._on_recorded, RELIABLE_QOS)
@@ -104,17 +110,20 @@ class LockstepClock:
         self._step_if_answered()
 
     def _step_if_answered(self) -> None:
-        if self._stamp_ns is not None and not self._missing and not self._paused:
+        waits = self._missing or self._paused or self._window.full
+        if self._stamp_ns is not None and not waits:
             self._step()
 
     def _step(self) -> None:
         self._missing = set(self._answers)
         self._ticked_s = self._named_s = time.monotonic()
         self._stamp_ns = self._tick()
+        self._window.ticked(self._stamp_ns)
 
     def _on_timer(self) -> None:
         now_s = time.monotonic()
         self._forget_recorder()
+        self._window.look()
         if self._stamp_ns is None:
             self._await_graph(now_s)
         elif not self._paused and now_s - self._ticked_s > _REPEAT_S:
@@ -166,7 +175,9 @@ class LockstepClock:
 
     def _name_silent(self, now_s: float) -> None:
         self._named_s = now_s
-        if self._missing == {RECORDED}:
+        if not self._missing:
+            silent = JUDGED
+        elif self._missing == {RECORDED}:
             silent = RECORDED
         elif HEAD_COMMAND in self._missing:
             silent = HEAD_COMMAND

@@ -41,6 +41,11 @@ class TimeConfig:
         'Whether a recorder belongs to the run: the first tick waits for it, and each in lockstep',
     )
 
+    judged: bool = parameter(
+        False,
+        'Whether somebody judges the run: in lockstep it is never far ahead of who does',
+    )
+
     def __post_init__(self) -> None:
         """Check every field."""
         check_fields(self)

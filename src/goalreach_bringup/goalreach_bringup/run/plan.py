@@ -134,7 +134,7 @@ def plan_parameters(
         ROBOT: {
             **flatten_config(robot),
             **flatten_config(
-                TimeConfig(seed=seeds.simulator, recorded=options.record is not None)
+                TimeConfig(seed=seeds.simulator, recorded=options.record is not None, judged=True)
             ),
             **regions,
         },

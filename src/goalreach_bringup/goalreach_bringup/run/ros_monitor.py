@@ -12,34 +12,37 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.subscription import Subscription
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Float64MultiArray, Header
 
 from goalreach_bringup.path_metrics import PathResult
 from goalreach_bringup.run.plan import MONITOR
 from goalreach_bringup.run.referee import Progress, Referee, Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_common_messages import stamp_from_msg, stamp_to_msg
 from goalreach_msgs_py.ros_learning_messages import q_table_from_msg, transition_from_msg
-from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS
+from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_raw import subscribe_raw
 from goalreach_msgs_py.ros_raw_robot import (
     odometry_from_raw,
 )
 from goalreach_msgs_py.ros_raw_state import state_from_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
-from goalreach_msgs_py.topics import GROUND_TRUTH, MAP_FRAME, Q_TABLE, STATE, TRANSITION
+from goalreach_msgs_py.topics import GROUND_TRUTH, JUDGED, MAP_FRAME, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Confidence, Pose2
 
 __all__ = ['RunMonitor']
 
 _SETTLED_S = 1.0
 """An outcome whose tick has not come after so long a silence is judged without it. Chosen."""
+_TELL_TICKS = 10
+"""The robot is told once in so many ticks how far the run is heard; chosen."""
 
 
 class RunMonitor(Node):
     """Follows truth, state and transitions and hands finished paths to the launcher.
 
+    Publishes: `/_judged`, the stamp of the last tick heard.
     Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has heard a
     whole tick, `/q_learning/transition`: the controller waits for that before its first path, so
     that no path is driven unheard.
@@ -72,11 +75,13 @@ class RunMonitor(Node):
         self._referee = Referee(starts, policy.regions, first_path=first_path)
         self._heard: tuple[int, bytes] | None = None
         self._heard_s = time.monotonic()
-        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=2000)
+        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
         self._transitions: Subscription[DiagnosticArray] | None = None
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+        self._judged = self.create_publisher(Header, JUDGED, RELIABLE_QOS)
+        self._ticks = 0
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_SETTLED_S, self._settle, clock=steady)
 
@@ -104,9 +109,16 @@ class RunMonitor(Node):
             inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is not None:
                 self._listen()
+                self._ticks += 1
+                if self._ticks % _TELL_TICKS == 0:
+                    self._tell(stamp_ns)
                 self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
 
         return collect
+
+    def _tell(self, stamp_ns: int) -> None:
+        """Tell the robot how far the run is heard; in lockstep it does not run away."""
+        self._judged.publish(Header(stamp=stamp_to_msg(stamp_ns)))
 
     def _listen(self) -> None:
         """Listen to the ends of paths, now that their ticks are heard."""
@@ -140,6 +152,8 @@ class RunMonitor(Node):
 
     def _settle(self) -> None:
         """Judge what waits for ticks that were lost: after the last path none come any more."""
+        if self._heard is not None:
+            self._tell(self._heard[0])
         if self._referee.waits and time.monotonic() - self._heard_s > _SETTLED_S:
             for result in self._referee.settle():
                 self._on_path(result)

@@ -131,12 +131,13 @@ class RunSession:
 
     def _drive(self, directory: Path, policy: Policy, parameters: NodeParameters) -> None:
         """Bring the graph up and follow it to its end."""
+        lockstep = parameters[ROBOT]['clock'] == 'lockstep'
         graph = Graph(
             parameters=parameters,
             directory=directory,
             composed=self._options.composed,
             remaps=self._options.remaps,
-            resume=lambda: resume_parameters(monitor.progress),
+            resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
             tell=self._report.say,
             warn=self._report.warn,
         )
