@@ -153,3 +153,14 @@ def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
     for _ in range(3):
         watch.judge(2, 2)
     assert not watch.to_see
+
+
+def test_another_pose_is_looked_for_from_the_second_image_against_this_one_on() -> None:
+    watch = PoseWatch(WatchConfig())
+    assert watch.open_to_another
+    watch.start(None)
+    open_to = []
+    for used, expected in ((3, 3), (0, 3), (3, 3), (0, 3), (0, 3), (0, 3)):
+        watch.judge(used, expected)
+        open_to.append(watch.open_to_another)
+    assert open_to == [False, False, False, False, True, True]

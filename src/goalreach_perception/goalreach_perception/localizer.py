@@ -111,7 +111,7 @@ class LandmarkLocalizer:
         self._move(time_ns, odometry)
         tracking = self._watch.mode is not Mode.SEARCHING
         seen = self._follow(image, joints, self._optics) if tracking else None
-        if self._watch.mode in (Mode.SEARCHING, Mode.DOUBTFUL):
+        if self._watch.open_to_another:
             seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
         return self._output

@@ -103,6 +103,15 @@ class PoseWatch:
         """The LEDs that must be seen again for a new pose to be believed; else empty."""
         return self._leds if self.mode is Mode.CONFIRMING else ()
 
+    @property
+    def open_to_another(self) -> bool:
+        """Whether a pose that fits the image may take the place of this one, if there is one.
+
+        One image against a pose is not enough: an encoder's reading may be far off for once.
+        """
+        doubted = self.mode is Mode.DOUBTFUL and self._misses != 1
+        return doubted or self.mode is Mode.SEARCHING
+
     def start(self, leds: Sequence[int] | None) -> None:
         """Take note of a new pose.
 
