@@ -183,7 +183,7 @@ def test_ends_cleanly_when_asked(tmp_path: Path, number: signal.Signals) -> None
         with graphs.goalreach(['run'], domain=domain, home=tmp_path) as stack:
             assert serve_until(lambda: len(commands) > 10, 30.0), stack.communicate()[0]
             children = child_processes(stack.pid)
-            assert len(children) == 4
+            assert len(children) in {4, 5}  # the nodes, and the spare once there is time for it
             stack.send_signal(number)
             output, _ = stack.communicate(timeout=10.0)
             assert stack.returncode == 0, output
