@@ -73,12 +73,14 @@ def select_action(q: Sequence[float], *, visited: bool, temperature: float, unif
     """
     if not visited:
         return int(uniform * len(q))
-    cumulative = 0.0
+    cumulative, last = 0.0, 0
     for action, probability in enumerate(boltzmann_probabilities(q, temperature)):
         cumulative += probability
         if uniform < cumulative:
             return action
-    return q.index(max(q))  # the sum fell short of the sample by rounding
+        if probability > 0.0:
+            last = action
+    return last  # the sum fell short of the sample by rounding
 
 
 class QLearner:

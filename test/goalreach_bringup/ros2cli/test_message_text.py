@@ -66,9 +66,13 @@ def test_csv_flattens_nested_fields() -> None:
     assert no_arr == '<sequence type: geometry_msgs/msg/Point32, length: 2>'
 
 
+# PyYAML, which ros2 prints with too, takes the three other line ends of Unicode for spaces.
+NO_TEXT = '\0\x85\u2028\u2029'
+
+
 @settings(max_examples=50, deadline=None)
 @given(
-    name=st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=20),
+    name=st.text(st.characters(codec='utf-8', exclude_characters=NO_TEXT), max_size=20),
     position=st.lists(st.floats(allow_nan=False), max_size=5),
 )
 def test_yaml_reads_back(name: str, position: list[float]) -> None:
