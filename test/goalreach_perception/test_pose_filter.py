@@ -200,8 +200,10 @@ def test_considered_states_are_not_forgotten() -> None:
     assert np.array_equal(state.covariance[HEIGHT:, HEIGHT:], before)
 
 
-def test_no_image_tells_whether_robot_and_leds_are_turned_together() -> None:
-    # Turned by d about the origin: a place by (-y, x) d, a heading by d. Images of a robot that
+@pytest.mark.parametrize('larger', [False, True])
+def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: bool) -> None:
+    # Turned by d about the origin: a place by (-y, x) d, a heading by d; larger by d: a place by
+    # (x, y, z) d, the height of the camera and the scale of odometry too. Images of a robot that
     # drives and corrects itself must leave what is known of that direction as it was, or less.
     state = started(sigma_m=0.05, sigma_rad=0.05, calibrate=True)
     rng = np.random.default_rng(3)
@@ -210,8 +212,12 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_together() -> None:
     def known() -> float:
         direction = np.zeros(LEDS + 9)
         predicted = state._motion._predicted_m
-        direction[[0, 1, 2]] = -predicted[1], predicted[0], 1.0
-        direction[LEDS::3], direction[LEDS + 1 :: 3] = -surveyed_m[:, 1], surveyed_m[:, 0]
+        if larger:
+            direction[[0, 1, SCALE, HEIGHT]] = *predicted, 1.0, 1.1
+            direction[LEDS:] = surveyed_m.reshape(-1)
+        else:
+            direction[[0, 1, 2]] = -predicted[1], predicted[0], 1.0
+            direction[LEDS::3], direction[LEDS + 1 :: 3] = -surveyed_m[:, 1], surveyed_m[:, 0]
         return float(direction @ np.linalg.solve(state.covariance, direction))
 
     state.predict(ORIGIN, ORIGIN)

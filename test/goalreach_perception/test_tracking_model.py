@@ -12,6 +12,7 @@ from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_perception.measurement_model import (
     HEADING,
     PAN_BIAS,
+    SCALE,
     TILT_BIAS,
     Lens,
     offset_derivatives,
@@ -50,20 +51,21 @@ def test_it_is_the_measurement_model(
     assume(min(depths) > 0.1)
     assert pixels == pytest.approx(projection.pixels_px, abs=1e-6)
     jacobian, by_head = led_jacobian(offsets.tolist(), view, offsets.tolist())
+    jacobian[:, SCALE] = 0.0
     assert jacobian == pytest.approx(
         state_jacobian(projection, offsets, offset_derivatives(3)), rel=1e-9, abs=1e-7
     )
     assert by_head == pytest.approx(jacobian[:, [PAN_BIAS, TILT_BIAS]])
 
 
-def test_only_the_turn_looks_at_the_first_estimates() -> None:
+def test_only_turn_and_size_look_at_the_first_estimates() -> None:
     offsets = LEDS_M - np.array([1.5, 2.5, 1.1])
     first = offsets + np.array([0.01, -0.02, 0.03])
     view = View(-1.6, 0.2, LENS, 0.0)
     now, by_head = led_jacobian(offsets.tolist(), view, offsets.tolist())
     then, by_head_then = led_jacobian(offsets.tolist(), view, first.tolist())
     turns = now - then
-    assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS]
+    assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS, SCALE]
     assert by_head_then == pytest.approx(by_head)
     # A turn of LED and camera about the camera's foot moves no pixel: u_x (-y) + u_y x + turn = 0.
     for led in range(3):
@@ -72,3 +74,6 @@ def test_only_the_turn_looks_at_the_first_estimates() -> None:
         column = 9 + 3 * led
         turned = -y * rows[:, column] + x * rows[:, column + 1] + rows[:, HEADING]
         assert turned == pytest.approx([0.0, 0.0], abs=1e-9)
+        # Nor does a change of size of all of it: the offset grows, and the odometry's scale too.
+        grown = rows[:, column : column + 3] @ first[led] + rows[:, SCALE]
+        assert grown == pytest.approx([0.0, 0.0], abs=1e-9)

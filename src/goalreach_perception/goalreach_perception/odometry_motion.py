@@ -16,9 +16,9 @@ __all__ = ['OdometryMotion']
 class OdometryMotion:
     """Moves the pose by what the encoders counted, corrected by their believed errors.
 
-    A turn of all that is known about the origin shifts a position by what it is away from there.
-    For it to remain such a turn, the derivative by the heading looks at the way between positions
-    as they were predicted, corrections included.
+    A turn of all that is known, or a change of its size, about the origin shifts a position by
+    what it is away from there. For it to remain such a change, the derivatives by heading and
+    scale look at the way between positions as they were predicted, corrections included.
 
     Args:
         size: Length of the state vector.
@@ -54,10 +54,10 @@ class OdometryMotion:
         x_m, y_m = x_m + (1.0 + scale) * east, y_m + (1.0 + scale) * north
         mean[:3] = x_m, y_m, wrap_angle(heading + turn + drift * distance)
         matrix = self._transition
-        matrix[0, SCALE], matrix[1, SCALE] = east, north
         matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
         matrix[2, DRIFT] = distance
-        matrix[0, HEADING] = self._predicted_m[1] - y_m
-        matrix[1, HEADING] = x_m - self._predicted_m[0]
+        east, north = x_m - self._predicted_m[0], y_m - self._predicted_m[1]
+        matrix[0, HEADING], matrix[1, HEADING] = -north, east
+        matrix[0, SCALE], matrix[1, SCALE] = east, north
         self._predicted_m = (x_m, y_m)
         return matrix, distance

@@ -7,12 +7,13 @@ are estimated; without it they are considered (Schmidt, "Application of state-sp
 navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
 pose are kept, so the covariance is honest in both cases.
 
-Robot and LEDs turned together look the same, so no image may make the filter surer of that turn.
-Derivatives taken at ever new estimates do (Huang, Mourikis and Roumeliotis, "Analysis and
-improvement of the consistency of extended Kalman filter based SLAM", ICRA 2008). Here, as they
-propose, those by the heading keep to the first estimates: LEDs as surveyed, positions as
-predicted. The others are taken at the best estimates: near an LED, those of the survey would be
-wrong by more than a spot is.
+Robot and LEDs turned together, or all of it a little larger, look the same, so no image may make
+the filter surer of that. Derivatives taken at ever new estimates do (Huang, Mourikis and
+Roumeliotis, "Analysis and improvement of the consistency of extended Kalman filter based SLAM",
+ICRA 2008). Here, as they propose, those by the heading keep to the first estimates: LEDs as
+surveyed, positions as predicted; and what those lack for a change of size to move no pixel is
+laid to the scale of the odometry, which grows with the rest. The others are taken at the best
+estimates: near an LED, those of the survey would be wrong by more than a spot is.
 """
 
 from __future__ import annotations
@@ -171,7 +172,7 @@ class PoseFilter:
         view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
         offsets_m = self.led_offsets_m
         pixels_px, depth_m = led_pixels(offsets_m, view)
-        first_m = offsets_from(self._surveyed_m, x_m, y_m, 0.0)
+        first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
         jacobian, by_head = led_jacobian(offsets_m, view, first_m)
         encoders = by_head * self._encoder_sigma_rad
         cross = self.covariance @ jacobian.T

@@ -85,8 +85,9 @@ def led_jacobian(
 ) -> tuple[FloatArray, FloatArray]:
     """Differentiate the pixels of LEDs by the whole state vector.
 
-    The equations are those of `measurement_model.project` and `state_jacobian`, but for the turn:
-    the columns of heading and pan bias are those of an LED at `first_m`, see `PoseFilter`.
+    The equations are those of `measurement_model.project` and `state_jacobian`, but for two
+    things, see `PoseFilter`: the columns of heading and pan bias are those of an LED at `first_m`,
+    and that of the odometry's scale is not zero, but what `first_m` lacks to be on the ray.
 
     Args:
         offsets_m: n LEDs minus the optical centre in `map`, metres.
@@ -103,7 +104,7 @@ def led_jacobian(
     by_head: list[tuple[float, float]] = []
     others = [0.0] * (3 * len(offsets_m))
     places = range(LEDS, LEDS + len(others), 3)
-    for place, (dx, dy, dz), (tx, ty, _) in zip(places, offsets_m, first_m, strict=True):
+    for place, (dx, dy, dz), (tx, ty, tz) in zip(places, offsets_m, first_m, strict=True):
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
         su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
@@ -113,8 +114,9 @@ def led_jacobian(
         ray_u, ray_v = fx * su, fy * sv
         tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy
         turn_u, turn_v = ux * ty - uy * tx, vx * ty - vy * tx
-        row_u = [-ux, -uy, turn_u, turn_u, tilt_u, 0.0, 0.0, -uz, ray_u, *others]
-        row_v = [-vx, -vy, turn_v, turn_v, tilt_v, 0.0, 0.0, -vz, ray_v, *others]
+        off_u, off_v = -(ux * tx + uy * ty + uz * tz), -(vx * tx + vy * ty + vz * tz)
+        row_u = [-ux, -uy, turn_u, turn_u, tilt_u, off_u, 0.0, -uz, ray_u, *others]
+        row_v = [-vx, -vy, turn_v, turn_v, tilt_v, off_v, 0.0, -vz, ray_v, *others]
         row_u[place : place + 3] = ux, uy, uz
         row_v[place : place + 3] = vx, vy, vz
         rows += (row_u, row_v)
