@@ -23,6 +23,7 @@ _SETTLING_S: Final = 5.0
 _LEAST_SHARE = 0.5
 """A step is judged where at least this part of the runs has a pose; chosen."""
 _POSE_DOF = 3
+_INSIDE = 90.0
 
 
 def study_consistency(
@@ -84,10 +85,14 @@ def _series(means: FloatArray, counts: FloatArray, dof: int) -> dict[str, Any]:
 
 
 def consistency_rows(result: dict[str, Any]) -> list[BenchRow]:
-    """Return the rows of consistency, with and without calibration."""
+    """Return the rows of consistency, with and without calibration.
+
+    Only the localizer as it drives, which calibrates itself, is held to an aim.
+    """
     rows = []
     for name, found in result.items():
-        for what, aim in (('nees', 90.0), ('nis', 90.0)):
+        for what in ('nees', 'nis'):
+            judged = what == 'nees' and name == 'calibrating'
             series = found[what]
             mean = float(np.mean(series['mean']))
             expected = '3' if what == 'nees' else '1 for each degree of freedom'
@@ -96,7 +101,7 @@ def consistency_rows(result: dict[str, Any]) -> list[BenchRow]:
                     name=f'{name}: mean {what.upper()} within its 95 % band',
                     unit='% of time steps',
                     ours=100.0 * series['inside'],
-                    goal=Goal(of='ours', relation='>=', bound=aim) if what == 'nees' else None,
+                    goal=Goal(of='ours', relation='>=', bound=_INSIDE) if judged else None,
                     n=len(series['mean']),
                     note=f'{found["runs"]} runs of {found["run_s"]:.0f} s; mean {mean:.3f}, '
                     f'expected {expected}; {100.0 * series["below"]:.1f} % below, '

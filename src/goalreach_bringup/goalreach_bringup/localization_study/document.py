@@ -48,7 +48,8 @@ Every run has another robot and another set-up, with its own drawn constant erro
 normalized estimation error squared (NEES) of x, y and heading, averaged over the runs at each
 time step, against the chi-square band for that many runs; the innovations (NIS) likewise, for
 each degree of freedom. Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to
-Tracking and Navigation", section 5.4. The NIS of a filter that calibrates itself is low on
+Tracking and Navigation", section 5.4. The localizer calibrates itself unless told otherwise; a
+filter that does not is shown beside. The NIS of a filter that calibrates itself is low on
 purpose: the error of a spot is taken larger than it is, since what is wrong about it repeats
 from image to image and does not average out.""",
     ),
