@@ -41,9 +41,9 @@ class StateEstimatorConfig:
     )
     goal: str = parameter(region_name(GOAL_REGION), 'Goal region as X/Y, section "The State Set"')
     max_position_sigma_m: float = parameter(
-        2.2 * INCH_M,
+        2.0 * INCH_M,
         'Position uncertainty along its worst axis above which a pose is UNCERTAIN, m (1 sigma; '
-        'chosen: twice the largest while driving with nominal noise, just above it with harsh)',
+        'chosen: above what nominal noise leads to; an error of 6 in is then one of 3 sigma)',
         minimum=0.0,
         maximum=10.0,
     )
