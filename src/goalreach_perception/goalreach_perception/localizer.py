@@ -65,7 +65,6 @@ class LandmarkLocalizer:
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
         self._frozen = FrozenCamera()
-        self._rough = False
         self._jumped = functools.partial(
             odometry_jump,
             speed_m_per_s=config.robot_speed_m_per_s,
@@ -175,10 +174,10 @@ class LandmarkLocalizer:
         A pose from two LEDs or a panorama was too rough for a filter that linearizes, which would
         stay too sure of it: three begin it again.
         """
-        due = self._rough or self._watch.check_due()
+        due = self._filter.rough or self._watch.check_due()
         if not due or (fix := self._acquisition.from_image(seen, joints, optics)) is None:
             return
-        if self._rough:
+        if self._filter.rough:
             self._filter.recall()
             self._restart(fix, seen, joints, optics)
             return
@@ -208,8 +207,8 @@ class LandmarkLocalizer:
 
     def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
         """Start the filter at a pose."""
-        self._filter.start(pose, covariance)
-        self._rough = leds is None or len(leds) < _TRIPLE
+        rough = leds is None or len(leds) < _TRIPLE
+        self._filter.start(pose, covariance, rough=rough)
         self._counts['acquired'] += 1
         self._watch.start(leds)
 
@@ -228,7 +227,7 @@ class LandmarkLocalizer:
         state, mode = self._filter, self._watch.mode
         estimate = self._anywhere
         if mode is Mode.TRACKING:
-            estimate = PoseEstimate(pose=state.pose, covariance=state.covariance[:3, :3].copy())
+            estimate = PoseEstimate(pose=state.pose, covariance=state.pose_covariance)
         if mode is Mode.SEARCHING:
             command = self._head.search(joints)
         else:

@@ -39,6 +39,9 @@ from goalreach_perception.tracking_model import View, led_jacobian, led_pixels, 
 
 __all__ = ['PoseFilter']
 
+_ROUGHNESS = 1.7
+"""Factor on the covariance of a pose after a rough start. Chosen: 1.3 on its sigmas."""
+
 
 class PoseFilter:
     """An extended Kalman filter in Joseph form, with considered states.
@@ -55,6 +58,7 @@ class PoseFilter:
         covariance: Its covariance.
         accepted: Squared distance and degrees of freedom of the last pixels that corrected it:
             its normalized innovation squared, for studies of consistency.
+        rough: Whether the last pose it started from was.
     """
 
     def __init__(
@@ -83,6 +87,7 @@ class PoseFilter:
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
         self.accepted = (0.0, 0)
+        self.rough = False
 
     @property
     def joint_gate(self) -> float:
@@ -94,6 +99,11 @@ class PoseFilter:
         """The mean pose."""
         x_m, y_m, heading_rad = self.mean[:3].tolist()
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
+
+    @property
+    def pose_covariance(self) -> FloatArray:
+        """The covariance of x, y, heading, (3, 3); wider than it would be after a rough start."""
+        return (_ROUGHNESS if self.rough else 1.0) * self.covariance[:3, :3]
 
     @property
     def leds_m(self) -> FloatArray:
@@ -118,13 +128,16 @@ class PoseFilter:
         """The believed relative error of the focal length."""
         return float(self.mean[FOCAL])
 
-    def start(self, pose: Pose2, covariance: FloatArray) -> None:
+    def start(self, pose: Pose2, covariance: FloatArray, *, rough: bool = False) -> None:
         """Take a new pose; what is known of everything else stays.
 
         Args:
             pose: The pose.
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
+            rough: Whether what a linear filter leaves out of it is not small: a pose from two
+                LEDs, or from several images.
         """
+        self.rough = rough
         self._before = self.mean.copy(), self.covariance.copy()
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
         self._motion.begin_at(pose.x_m, pose.y_m)
