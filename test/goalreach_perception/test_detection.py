@@ -67,6 +67,13 @@ def test_what_is_no_point_of_light_is_left_out() -> None:
         assert DETECTOR.in_windows(image, [(300.0, 200.0)], [20]).good == [False]
 
 
+@pytest.mark.parametrize(('u_px', 'whole'), [(4.0, False), (5.0, False), (10.0, True)])
+def test_a_wide_saturated_spot_is_cut_further_from_the_border(u_px: float, *, whole: bool) -> None:
+    image = spot_image([(u_px, 200.0, 40000.0)], sigma_px=1.4)
+    spots = DETECTOR.in_windows(image, [(u_px, 200.0)], [20])
+    assert spots.good == [whole]
+
+
 @pytest.mark.parametrize('level', [0, 10, 128, 255])
 def test_images_without_contrast_have_no_spots(level: int) -> None:
     image = np.full((480, 640), level, dtype=np.uint8)

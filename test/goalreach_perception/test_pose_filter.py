@@ -228,3 +228,20 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: b
         state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.1))
         state.predict(here, there)
     assert known() <= begin * (1.0 + 1e-6)
+
+
+def test_after_a_rough_start_a_pose_is_said_to_be_less_sure() -> None:
+    state = started()
+    sure = state.pose_covariance
+    state.start(START, state.covariance[:3, :3].copy(), rough=True)
+    assert state.pose_covariance == pytest.approx(1.7 * sure)
+
+
+def test_what_a_rough_pose_taught_is_forgotten_when_it_is_begun_anew() -> None:
+    state = started(calibrate=True)
+    before = state.mean[PAN_BIAS:].copy(), state.covariance[PAN_BIAS:, PAN_BIAS:].copy()
+    state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state, 0.8), np.full(3, 0.1))
+    assert state.mean[PAN_BIAS:] != pytest.approx(before[0], abs=1e-9)
+    state.recall()
+    assert state.mean[PAN_BIAS:] == pytest.approx(before[0])
+    assert state.covariance[PAN_BIAS:, PAN_BIAS:] == pytest.approx(before[1])
