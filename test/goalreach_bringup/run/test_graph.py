@@ -153,9 +153,11 @@ def check_content(heard: dict[str, list[Any]]) -> None:
     assert heard['/arena/markers'][-1].markers
     assert heard['/path'][-1].poses
     transitions = [transition_from_msg(m) for m in heard['/q_learning/transition']]
-    assert transitions[-1].outcome is PathOutcome.GOAL
-    assert transitions[-1].reward == 1.0
-    last_path = [t for t in transitions if t.path == transitions[-1].path]
+    # Of the ends of four paths an onlooker may miss the last ones; see `check_stamps`.
+    ends = [t for t in transitions if t.outcome is not None]
+    assert ends
+    assert {(t.outcome, t.reward) for t in ends} == {(PathOutcome.GOAL, 1.0)}
+    last_path = [t for t in transitions if t.path == ends[-1].path]
     for earlier, later in itertools.pairwise(last_path):
         assert earlier.next_state == later.state
     memberships = [state_from_msg(message) for message in heard['/state']]
