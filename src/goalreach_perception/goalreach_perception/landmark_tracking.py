@@ -119,6 +119,8 @@ def find_predicted(
         leds += [leds[row] for row in rows]
         near = _near(prediction, leds, spots, pixels, gate)
     near = _apart(near, pixels)
+    if len(near) == len(leds):
+        return SeenLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
     named = np.array([leds[row] for row in near], dtype=np.intp)
     return SeenLeds(named, spots[near], pixels[near], expected)
 

@@ -32,7 +32,7 @@ class OdometryMotion:
         """Take a position as predicted."""
         self._predicted_m = (x_m, y_m)
 
-    def move(self, mean: FloatArray, before: Pose2, after: Pose2) -> tuple[FloatArray, float]:
+    def move(self, mean: FloatArray, before: Pose2, after: Pose2) -> float:
         """Move the mean in its place.
 
         Args:
@@ -41,8 +41,7 @@ class OdometryMotion:
             after: Odometry pose now, in the same frame.
 
         Returns:
-            The derivative of the new state by the old one, valid until the next call, and the
-            distance that odometry counted, metres.
+            The distance that odometry counted, metres.
         """
         dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
         turn = angle_difference(after.heading_rad, before.heading_rad)
@@ -60,4 +59,14 @@ class OdometryMotion:
         matrix[0, HEADING], matrix[1, HEADING] = -north, east
         matrix[0, SCALE], matrix[1, SCALE] = east, north
         self._predicted_m = (x_m, y_m)
-        return matrix, distance
+        return distance
+
+    def carry(self, covariance: FloatArray) -> FloatArray:
+        """Return a covariance after the last move: only the pose has moved."""
+        pose = self._transition[:3]
+        moved = pose @ covariance
+        carried = covariance.copy()
+        carried[:3] = moved
+        carried[:, :3] = moved.T
+        carried[:3, :3] = moved @ pose.T
+        return carried

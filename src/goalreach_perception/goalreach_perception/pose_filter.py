@@ -134,8 +134,7 @@ class PoseFilter:
         Args:
             pose: The pose.
             covariance: (3, 3) of x, y, heading; taken as independent of everything else.
-            rough: Whether what a linear filter leaves out of it is not small: a pose from two
-                LEDs, or from several images.
+            rough: Whether a linear filter leaves much out of it: from two LEDs, several images.
         """
         self.rough = rough
         self._before = self.mean.copy(), self.covariance.copy()
@@ -164,8 +163,8 @@ class PoseFilter:
             before: Odometry pose at the last image.
             after: Odometry pose now, in the same frame.
         """
-        matrix, distance = self._motion.move(self.mean, before, after)
-        covariance = matrix @ self.covariance @ matrix.T
+        distance = self._motion.move(self.mean, before, after)
+        covariance = self._motion.carry(self.covariance)
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         covariance[0, 0] += position_var
         covariance[1, 1] += position_var
@@ -204,10 +203,10 @@ class PoseFilter:
         would soon be overconfident.
         """
         spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
-        turned_px2 = (self._encoder_sigma_rad * focal_px) ** 2
-        spread_all_m2 = spread_m2 + float(self.covariance[HEIGHT, HEIGHT])
+        turned_m2 = spread_m2 + float(self.covariance[HEIGHT, HEIGHT])
+        turned_m2 *= (self._encoder_sigma_rad * focal_px) ** 2
         left_out = [
-            (0.5 * focal_px * spread_m2 / z2) ** 2 + turned_px2 * spread_all_m2 / z2
+            (0.5 * focal_px * spread_m2 / z2) ** 2 + turned_m2 / z2
             for z2 in (depth * depth for depth in depth_m)
         ]
         return np.array(left_out).repeat(2)
