@@ -35,7 +35,7 @@ from goalreach_perception.measurement_model import (
 )
 from goalreach_perception.odometry_motion import OdometryMotion
 from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
-from goalreach_perception.tracking_model import View, led_jacobian, led_pixels, offsets_from
+from goalreach_perception.tracking_model import View, expect_leds, offsets_from
 
 __all__ = ['PoseFilter']
 
@@ -182,17 +182,16 @@ class PoseFilter:
         x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
-        offsets_m = self.led_offsets_m
-        pixels_px, depth_m = led_pixels(offsets_m, view)
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-        jacobian, by_head = led_jacobian(offsets_m, view, first_m)
-        encoders = by_head * self._encoder_sigma_rad
+        expected = expect_leds(self.led_offsets_m, view, first_m)
+        jacobian, depth_m = expected.by_state, expected.depth_m
         cross = self.covariance @ jacobian.T
+        encoders = expected.by_head * self._encoder_sigma_rad
         noise = encoders @ encoders.T
         if not solved:
             add_to_diagonal(noise, self._left_out_px2(lens.numbers[0], depth_m))
         covariance = jacobian @ cross + noise
-        return Prediction(pixels_px, depth_m, jacobian, cross, noise, covariance)
+        return Prediction(expected.pixels_px, depth_m, jacobian, cross, noise, covariance)
 
     def _left_out_px2(self, focal_px: float, depth_m: list[float]) -> FloatArray:
         """Return what the derivatives leave out of the pixels, as variances, (2 n,).

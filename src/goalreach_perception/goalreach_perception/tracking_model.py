@@ -16,7 +16,7 @@ import numpy as np
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
 
-__all__ = ['View', 'led_jacobian', 'led_pixels', 'offsets_from']
+__all__ = ['ExpectedLeds', 'View', 'expect_leds', 'offsets_from']
 
 
 @dataclass(frozen=True)
@@ -56,34 +56,27 @@ def offsets_from(
     return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]
 
 
-def led_pixels(offsets_m: Sequence[Sequence[float]], view: View) -> tuple[FloatArray, list[float]]:
-    """Project LEDs: the equation of `measurement_model.project`.
+@dataclass(frozen=True)
+class ExpectedLeds:
+    """Where n LEDs should be, and how that depends on the state.
 
-    Args:
-        offsets_m: n LEDs minus the optical centre in `map`, metres.
-        view: The camera.
-
-    Returns:
-        (n, 2) pixels, and n depths of at least 0.05 m.
+    Attributes:
+        pixels_px: (n, 2) pixels.
+        depth_m: n distances along the optical axis, at least 0.05.
+        by_state: (2 n, 9 + 3 n) derivative by the state, rows u_0, v_0, u_1, v_1, ...
+        by_head: (2 n, 2) true derivative by pan and tilt.
     """
-    ca, sa, ct, st = view.turns
-    fx, fy = view.focal_px
-    _, _, cx, cy = view.lens.numbers
-    pixels: list[tuple[float, float]] = []
-    depths: list[float] = []
-    for dx, dy, dz in offsets_m:
-        forward = ca * dx + sa * dy
-        depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
-        across, down = sa * dx - ca * dy, st * forward - ct * dz
-        pixels.append((cx + fx * across / depth, cy + fy * down / depth))
-        depths.append(depth)
-    return np.array(pixels), depths
+
+    pixels_px: FloatArray
+    depth_m: list[float]
+    by_state: FloatArray
+    by_head: FloatArray
 
 
-def led_jacobian(
+def expect_leds(
     offsets_m: Sequence[Sequence[float]], view: View, first_m: Sequence[Sequence[float]]
-) -> tuple[FloatArray, FloatArray]:
-    """Differentiate the pixels of LEDs by the whole state vector.
+) -> ExpectedLeds:
+    """Project LEDs and differentiate by the whole state vector.
 
     The equations are those of `measurement_model.project` and `state_jacobian`, but for two
     things, see `PoseFilter`: the columns of heading and pan bias are those of an LED at `first_m`,
@@ -93,13 +86,12 @@ def led_jacobian(
         offsets_m: n LEDs minus the optical centre in `map`, metres.
         view: The camera.
         first_m: The same by the first estimates.
-
-    Returns:
-        The (2 n, 9 + 3 n) derivative by the state, and the (2 n, 2) true one by pan and tilt; rows
-        u_0, v_0, u_1, v_1, ...
     """
     ca, sa, ct, st = view.turns
     fx, fy = view.focal_px
+    _, _, cx, cy = view.lens.numbers
+    pixels: list[tuple[float, float]] = []
+    depths: list[float] = []
     rows: list[list[float]] = []
     by_head: list[tuple[float, float]] = []
     others = [0.0] * (3 * len(offsets_m))
@@ -121,4 +113,6 @@ def led_jacobian(
         row_v[place : place + 3] = vx, vy, vz
         rows += (row_u, row_v)
         by_head += ((ux * dy - uy * dx, tilt_u), (vx * dy - vy * dx, tilt_v))
-    return np.array(rows), np.array(by_head)
+        pixels.append((cx + ray_u, cy + ray_v))
+        depths.append(depth)
+    return ExpectedLeds(np.array(pixels), depths, np.array(rows), np.array(by_head))
