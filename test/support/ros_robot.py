@@ -111,8 +111,17 @@ class RobotGraph:
         assert self.serve_until(condition, limit_s), self.log
 
     def wait_for_ticks(self, count: int) -> None:
+        """Wait until `count` more ticks were heard whole: the truth, the bumpers and the clock."""
         target = len(self.truth) + count
-        self.wait(lambda: len(self.truth) >= target)
+
+        def heard() -> bool:
+            if len(self.truth) < target:
+                return False
+            tick_ns = stamp_from_msg(self.truth[target - 1].header.stamp)
+            scan_ns = stamp_from_msg(self.scans[-1].header.stamp) if self.scans else -1
+            return min(scan_ns, self.clock_ns[-1] if self.clock_ns else -1) >= tick_ns
+
+        self.wait(heard)
 
     def drive(self, linear_m_per_s: float, steering_rad_per_s: float, stamp_ns: int) -> None:
         twist = Twist2(linear_m_per_s=linear_m_per_s, steering_rad_per_s=steering_rad_per_s)
