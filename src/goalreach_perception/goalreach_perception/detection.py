@@ -21,8 +21,9 @@ __all__ = ['Image', 'SpotDetector']
 
 Image = NDArray[np.uint8]
 
-_BACKGROUND_STEP = 44
-"""Every 44th pixel of every 44th row is enough to tell the background. Chosen."""
+_BACKGROUND_ROWS = 4
+"""As many rows, evenly spaced, are enough to tell the background. Chosen: a bright LED in one of
+them, 640 pixels wide, raises it by a third of a grey value."""
 _NOISE_LEVEL = 4.0
 """What stands less than this many sigma of noise above the background is not light. Chosen."""
 _SATURATED_DN = 250
@@ -57,12 +58,14 @@ class SpotDetector:
         self._light_per_peak = 2.0 * math.pi * spot_sigma_px**2
         self._variance_px2 = spot_sigma_px**2
         self._border = math.ceil(3.0 * spot_sigma_px)
-        self._sums = _moment_sums(self._radius, self._near)
+        self._sums = {
+            radius: _moment_sums(radius, self._near) for radius in (self._near, self._radius)
+        }
 
     def background_dn(self, image: Image) -> float:
-        """Return the background of a frame from a sparse sample, grey values."""
-        sample = image[::_BACKGROUND_STEP, ::_BACKGROUND_STEP]
-        return float(np.add.reduce(sample, axis=None, dtype=np.float64)) / sample.size
+        """Return the background of a frame from a few of its rows, grey values."""
+        step = max(len(image) // _BACKGROUND_ROWS, 1)
+        return cv2.mean(image[step // 2 :: step])[0]
 
     def in_windows(
         self,
@@ -137,10 +140,10 @@ class SpotDetector:
         sqrt(2 / pi) of that).
         """
         count = len(corners)
-        moments = self._moments(image, corners, background_dn)
         height, width = image.shape
         pixels: list[tuple[float, float]] = []
         peaks = [int(image[v, u]) if u >= 0 else 0 for u, v in corners]
+        moments = self._moments(image, corners, peaks, background_dn)
         good = [False] * count
         for index, ((u, v), peak, row) in enumerate(zip(corners, peaks, moments, strict=True)):
             light, sum_u, sum_v, sum_2 = row[4:] if peak >= _SATURATED_DN else row[:4]
@@ -167,23 +170,18 @@ class SpotDetector:
         )
 
     def _moments(
-        self, image: Image, corners: list[tuple[int, int]], background_dn: float
+        self,
+        image: Image,
+        corners: list[tuple[int, int]],
+        peaks_dn: list[int],
+        background_dn: float,
     ) -> list[list[float]]:
-        """Return the moments of the light around each peak; nothing outside the image."""
-        radius, size = self._radius, 2 * self._radius + 1
-        height, width = image.shape
-        patches = np.zeros((len(corners), size, size), dtype=np.float32)
-        for index, (u, v) in enumerate(corners):
-            left, top = u - radius, v - radius
-            if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
-                patches[index] = image[top : top + size, left : left + size]
-            elif u >= 0:
-                part = image[max(top, 0) : top + size, max(left, 0) : left + size]
-                row, column = max(-top, 0), max(-left, 0)
-                patches[index, row : row + part.shape[0], column : column + part.shape[1]] = part
+        """Return the moments of the light near each peak; and farther around, if one needs it."""
+        radius = self._radius if max(peaks_dn, default=0) >= _SATURATED_DN else self._near
+        patches = _patches(image, corners, radius)
         patches -= background_dn + _NOISE_LEVEL * self._noise_dn
         np.maximum(patches, 0.0, out=patches)
-        moments: list[list[float]] = (patches.reshape(-1, size * size) @ self._sums).tolist()
+        moments: list[list[float]] = patches.dot(self._sums[radius]).tolist()
         return moments
 
     def _like_an_led(
@@ -219,14 +217,31 @@ def _brighter_than(image: Image, level_dn: float) -> NDArray[np.intp]:
     return np.stack([u, v], axis=1)
 
 
+def _patches(image: Image, corners: list[tuple[int, int]], radius: int) -> NDArray[np.float32]:
+    """Return the flat patches around pixels (u, v), zero outside the image."""
+    size = 2 * radius + 1
+    height, width = image.shape
+    patches = np.zeros((len(corners), size, size), dtype=np.float32)
+    for index, (u, v) in enumerate(corners):
+        left, top = u - radius, v - radius
+        if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
+            patches[index] = image[top : top + size, left : left + size]
+        elif u >= 0:
+            part = image[max(top, 0) : top + size, max(left, 0) : left + size]
+            row, column = max(-top, 0), max(-left, 0)
+            patches[index, row : row + part.shape[0], column : column + part.shape[1]] = part
+    return patches.reshape(len(corners), size * size)
+
+
 def _moment_sums(radius: int, near: int) -> NDArray[np.float32]:
     """Return the matrix that takes a flat patch to its moments 1, u, v, u^2 + v^2.
 
-    Its first four columns look only at the inner part of the patch, the last four at all of it.
+    Its first four columns look only at the inner part of the patch, the last four, where the patch
+    is larger than that, at all of it.
     """
     axis = np.arange(-radius, radius + 1, dtype=np.float64)
     v, u = np.meshgrid(axis, axis, indexing='ij')
     whole = np.stack([np.ones_like(u), u, v, u * u + v * v], axis=-1)
     inner = whole * ((np.abs(u) <= near) & (np.abs(v) <= near))[..., None]
-    sums = np.concatenate([inner, whole], axis=-1).reshape(-1, 8)
-    return np.asarray(sums, dtype=np.float32)
+    columns = [inner] if radius == near else [inner, whole]
+    return np.concatenate(columns, axis=-1, dtype=np.float32).reshape(len(axis) ** 2, -1)

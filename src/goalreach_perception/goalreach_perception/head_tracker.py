@@ -138,11 +138,11 @@ class HeadTracker:
             Azimuth, tilt, and the largest slopes (offset / focal length) along u and v.
         """
         start = azimuths[leds[0]]
-        turns = [wrap_angle(azimuths[i] - start) for i in leds]
+        turns = [math.remainder(azimuths[i] - start, math.tau) for i in leds]
         azimuth = start + 0.5 * (min(turns) + max(turns))
-        rises = [math.atan2(offsets_m[i][2], math.hypot(*offsets_m[i][:2])) for i in leds]
-        tilt = self._config.clip_tilt(0.5 * (min(rises) + max(rises)))
         places = [offsets_m[i] for i in leds]
+        rises = [math.atan2(z, math.hypot(x, y)) for x, y, z in places]
+        tilt = self._config.clip_tilt(0.5 * (min(rises) + max(rises)))
         left, right, top, bottom = _extent(places, azimuth, tilt)
         azimuth -= math.atan(0.5 * (left + right) / math.cos(tilt))
         tilt = self._config.clip_tilt(tilt - math.atan(0.5 * (top + bottom)))

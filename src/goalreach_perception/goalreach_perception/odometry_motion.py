@@ -64,9 +64,9 @@ class OdometryMotion:
     def carry(self, covariance: FloatArray) -> FloatArray:
         """Return a covariance after the last move: only the pose has moved."""
         pose = self._transition[:3]
-        moved = pose @ covariance
+        moved = pose.dot(covariance)
         carried = covariance.copy()
         carried[:3] = moved
         carried[:, :3] = moved.T
-        carried[:3, :3] = moved @ pose.T
+        carried[:3, :3] = moved.dot(pose.T)
         return carried

@@ -18,6 +18,7 @@ estimates: near an LED, those of the survey would be wrong by more than a spot i
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,13 +35,20 @@ from goalreach_perception.measurement_model import (
     prior_sigmas,
 )
 from goalreach_perception.odometry_motion import OdometryMotion
-from goalreach_perception.prediction import Prediction, add_to_diagonal, innovate
+from goalreach_perception.prediction import (
+    Prediction,
+    add_to_diagonal,
+    innovate,
+    left_out_px2,
+)
 from goalreach_perception.tracking_model import View, expect_leds, offsets_from
 
 __all__ = ['PoseFilter']
 
 _ROUGHNESS = 1.7
 """Factor on the covariance of a pose after a rough start. Chosen: 1.3 on its sigmas."""
+_FADING_STEP_S = 1.0
+"""Memory of a day or more fades in steps this long: a 1e-5 of it. Chosen."""
 
 
 class PoseFilter:
@@ -84,6 +92,7 @@ class PoseFilter:
         if not calibrate:
             fading[HEIGHT:] = False
         self._memory = FadingMemory(self.mean, sigmas, fading, config.memory_s)
+        self._unfaded_s = 0.0
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
         self.accepted = (0.0, 0)
@@ -154,7 +163,12 @@ class PoseFilter:
         Args:
             dt_s: Time since the last image; infinite to forget all.
         """
-        self.mean, self.covariance = self._memory.fade(self.mean, self.covariance, dt_s)
+        self._unfaded_s += dt_s
+        if self._unfaded_s >= _FADING_STEP_S:
+            self.mean, self.covariance = self._memory.fade(
+                self.mean, self.covariance, self._unfaded_s
+            )
+            self._unfaded_s = 0.0
 
     def predict(self, before: Pose2, after: Pose2) -> None:
         """Move by what the odometry moved.
@@ -185,30 +199,17 @@ class PoseFilter:
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
         expected = expect_leds(self.led_offsets_m, view, first_m)
         jacobian, depth_m = expected.by_state, expected.depth_m
-        cross = self.covariance @ jacobian.T
+        cross = self.covariance.dot(jacobian.T)
         encoders = expected.by_head * self._encoder_sigma_rad
-        noise = encoders @ encoders.T
+        noise = encoders.dot(encoders.T)
         if not solved:
-            add_to_diagonal(noise, self._left_out_px2(lens.numbers[0], depth_m))
-        covariance = jacobian @ cross + noise
+            x2, y2, z2 = self.covariance.diagonal()[[0, 1, HEIGHT]].tolist()
+            left_out = left_out_px2(
+                depth_m, lens.numbers[0], (x2 + y2, z2), encoder_sigma_rad=self._encoder_sigma_rad
+            )
+            add_to_diagonal(noise, left_out)
+        covariance = jacobian.dot(cross) + noise
         return Prediction(expected.pixels_px, depth_m, jacobian, cross, noise, covariance)
-
-    def _left_out_px2(self, focal_px: float, depth_m: list[float]) -> FloatArray:
-        """Return what the derivatives leave out of the pixels, as variances, (2 n,).
-
-        With an uncertainty s of the optical centre and an LED at depth Z, a pixel is bent by the
-        order of f s^2 / (2 Z^2), and what the encoders' noise e moves it by is off by e f s / Z.
-        Both count as noise (a second-order filter in its simplest form), or an uncertain pose
-        would soon be overconfident.
-        """
-        spread_m2 = float(self.covariance[0, 0] + self.covariance[1, 1])
-        turned_m2 = spread_m2 + float(self.covariance[HEIGHT, HEIGHT])
-        turned_m2 *= (self._encoder_sigma_rad * focal_px) ** 2
-        left_out = [
-            (0.5 * focal_px * spread_m2 / z2) ** 2 + turned_m2 / z2
-            for z2 in (depth * depth for depth in depth_m)
-        ]
-        return np.array(left_out).repeat(2)
 
     def correct(
         self,
@@ -234,15 +235,16 @@ class PoseFilter:
         if not distance2 <= self._config.joint_gate:
             return distance2
         self.accepted = (distance2, len(spots))
-        gain = part.cross @ inverse
+        gain = part.cross.dot(inverse)
         if not self._calibrate:
             gain[HEIGHT:] = 0.0
-        self.mean += gain @ innovation
+        self.mean += gain.dot(innovation)
         self.mean[2] = wrap_angle(self.mean[2])
         noise = part.encoder_noise.copy()
         add_to_diagonal(noise, spots)
-        left = -(gain @ part.jacobian)
-        add_to_diagonal(left, 1.0)
-        joseph = left @ self.covariance @ left.T + gain @ noise @ gain.T
-        self.covariance = 0.5 * (joseph + joseph.T)
+        # Joseph form, L P L' + K R K' with L = I - K J, where P J' is the cross-covariance.
+        left = self.covariance - gain.dot(part.cross.T)
+        unbalanced = left.dot(part.jacobian.T) - gain.dot(noise)
+        self.covariance = left - unbalanced.dot(gain.T)
+        cv2.completeSymm(self.covariance)
         return distance2

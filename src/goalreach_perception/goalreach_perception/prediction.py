@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['Prediction', 'add_to_diagonal', 'innovate', 'innovation_distance2']
+__all__ = ['Prediction', 'add_to_diagonal', 'innovate', 'innovation_distance2', 'left_out_px2']
 
 _AXES = np.array([0, 1])
 
 
-@dataclass(frozen=True)
-class Prediction:
+class Prediction(NamedTuple):
     """Where the LEDs should be in an image, and how sure that is.
 
     Attributes:
@@ -57,6 +56,33 @@ def add_to_diagonal(matrix: FloatArray, values: FloatArray | float) -> None:
     matrix.reshape(-1)[:: len(matrix) + 1] += values
 
 
+def left_out_px2(
+    depth_m: list[float],
+    focal_px: float,
+    spread_m2: tuple[float, float],
+    *,
+    encoder_sigma_rad: float,
+) -> FloatArray:
+    """Return what the derivatives leave out of the pixels, as variances, (2 n,).
+
+    With an uncertainty s of the optical centre and an LED at depth Z, a pixel is bent by the
+    order of f s^2 / (2 Z^2), and what the encoders' noise e moves it by is off by e f s / Z.
+    Both count as noise (a second-order filter in its simplest form), or an uncertain pose
+    would soon be overconfident.
+
+    Args:
+        depth_m: n distances of LEDs along the optical axis.
+        focal_px: Focal length.
+        spread_m2: Variance of the optical centre, on the floor (x and y together) and in height.
+        encoder_sigma_rad: Noise of the head's encoders (1 sigma).
+    """
+    floor_m2, height_m2 = spread_m2
+    bent, turned = 0.5 * focal_px * floor_m2, (encoder_sigma_rad * focal_px) ** 2
+    turned *= floor_m2 + height_m2
+    left_out = [(bent / z2) ** 2 + turned / z2 for z2 in (depth * depth for depth in depth_m)]
+    return np.array(left_out).repeat(2)
+
+
 def innovate(
     part: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
@@ -70,7 +96,7 @@ def innovate(
     add_to_diagonal(covariance, spots)
     regular, inverted = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
     inverse = np.asarray(inverted, dtype=np.float64)
-    distance2 = float(innovation @ (inverse @ innovation)) if regular else math.inf
+    distance2 = float(innovation.dot(inverse.dot(innovation))) if regular else math.inf
     return innovation, spots, inverse, distance2
 
 

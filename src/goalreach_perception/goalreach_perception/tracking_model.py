@@ -7,9 +7,10 @@ against each other.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,7 @@ from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
 __all__ = ['ExpectedLeds', 'View', 'expect_leds', 'offsets_from']
 
 
-@dataclass(frozen=True)
-class View:
+class View(NamedTuple):
     """Where a camera looks, and its lens.
 
     Attributes:
@@ -56,8 +56,7 @@ def offsets_from(
     return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]
 
 
-@dataclass(frozen=True)
-class ExpectedLeds:
+class ExpectedLeds(NamedTuple):
     """Where n LEDs should be, and how that depends on the state.
 
     Attributes:
@@ -90,10 +89,8 @@ def expect_leds(
     ca, sa, ct, st = view.turns
     fx, fy = view.focal_px
     _, _, cx, cy = view.lens.numbers
-    pixels: list[tuple[float, float]] = []
+    pixels, rows, by_head = array('d'), array('d'), array('d')
     depths: list[float] = []
-    rows: list[list[float]] = []
-    by_head: list[tuple[float, float]] = []
     others = [0.0] * (3 * len(offsets_m))
     places = range(LEDS, LEDS + len(others), 3)
     for place, (dx, dy, dz), (tx, ty, tz) in zip(places, offsets_m, first_m, strict=True):
@@ -111,8 +108,14 @@ def expect_leds(
         row_v = [-vx, -vy, turn_v, turn_v, tilt_v, off_v, 0.0, -vz, ray_v, *others]
         row_u[place : place + 3] = ux, uy, uz
         row_v[place : place + 3] = vx, vy, vz
-        rows += (row_u, row_v)
-        by_head += ((ux * dy - uy * dx, tilt_u), (vx * dy - vy * dx, tilt_v))
-        pixels.append((cx + ray_u, cy + ray_v))
+        rows.extend(row_u + row_v)
+        by_head.extend((ux * dy - uy * dx, tilt_u, vx * dy - vy * dx, tilt_v))
+        pixels.extend((cx + ray_u, cy + ray_v))
         depths.append(depth)
-    return ExpectedLeds(np.array(pixels), depths, np.array(rows), np.array(by_head))
+    by_state = np.frombuffer(rows).reshape(2 * len(depths), -1)
+    return ExpectedLeds(
+        np.frombuffer(pixels).reshape(-1, 2),
+        depths,
+        by_state,
+        np.frombuffer(by_head).reshape(-1, 2),
+    )
