@@ -129,7 +129,7 @@ class SpotDetector:
             values[np.abs(places - places[best]).max(axis=1) <= self._radius] = -1
         spots = self._refine(image, corners, background_dn)
         rows = [row for row, good in enumerate(spots.good) if good]
-        return spots[rows[: self._config.maximum_spots]]
+        return spots.pick(rows[: self._config.maximum_spots])
 
     def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
         """Return the centroids of patches around peaks, with the tests of their shape.

@@ -31,10 +31,13 @@ def _image_fault(image: object, camera: PinholeCamera) -> str:
 
 def _motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
     """Return why joint angles or odometry cannot be used, or an empty text."""
+    pose = odometry.pose
+    angles_rad = joints.turret_rad + joints.pan_rad + joints.tilt_rad + pose.heading_rad
+    if math.isfinite(angles_rad + pose.x_m + pose.y_m):
+        return ''
     for name in ('turret_rad', 'pan_rad', 'tilt_rad'):
         if not math.isfinite(getattr(joints, name)):
             return f'joints: {name} is {getattr(joints, name)}'
-    pose = odometry.pose
     for name in ('x_m', 'y_m', 'heading_rad'):
         if not math.isfinite(getattr(pose, name)):
             return f'odometry: {name} is {getattr(pose, name)}'

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,7 @@ _MERGED_PX = 4.0
 """Two LEDs found nearer together than this are one spot, and of neither. Chosen."""
 
 
-@dataclass(frozen=True)
-class SeenLeds:
+class SeenLeds(NamedTuple):
     """The LEDs found in one image.
 
     Attributes:
@@ -51,11 +50,13 @@ class SeenLeds:
 
     def named(self, rows: list[int], leds: NDArray[np.intp]) -> SeenLeds:
         """Return some of the lights under the names of LEDs."""
-        return SeenLeds(leds, self.spots[rows], self.pixels_px[rows], len(rows))
+        return SeenLeds(leds, self.spots.pick(rows), self.pixels_px[rows], len(rows))
 
-    def __getitem__(self, rows: list[int]) -> SeenLeds:
+    def pick(self, rows: list[int]) -> SeenLeds:
         """Return some of them."""
-        return SeenLeds(self.leds[rows], self.spots[rows], self.pixels_px[rows], self.expected)
+        return SeenLeds(
+            self.leds[rows], self.spots.pick(rows), self.pixels_px[rows], self.expected
+        )
 
 
 def correct_by(state: PoseFilter, prediction: Prediction, seen: SeenLeds) -> SeenLeds | None:
@@ -76,7 +77,7 @@ def correct_by(state: PoseFilter, prediction: Prediction, seen: SeenLeds) -> See
         return seen
     if count <= 2:  # noqa: PLR2004 - of two one cannot tell which is wrong
         return None
-    parts = [seen[[row for row in range(count) if row != out]] for out in range(count)]
+    parts = [seen.pick([row for row in range(count) if row != out]) for out in range(count)]
     best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
     return best if state.correct(prediction, *best.measured) <= state.joint_gate else None
 
@@ -114,7 +115,7 @@ def find_predicted(
             [halves[row] for row in rows],
             skip_px=spots.pixels_px[rows].tolist(),
         )
-        spots = spots + others
+        spots = spots.followed_by(others)
         pixels = optics.to_ideal(spots.pixels_px)
         leds += [leds[row] for row in rows]
         near = _near(prediction, leds, spots, pixels, gate)
@@ -122,7 +123,7 @@ def find_predicted(
     if len(near) == len(leds):
         return SeenLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
     named = np.array([leds[row] for row in near], dtype=np.intp)
-    return SeenLeds(named, spots[near], pixels[near], expected)
+    return SeenLeds(named, spots.pick(near), pixels[near], expected)
 
 
 def _windows(

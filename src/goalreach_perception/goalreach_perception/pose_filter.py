@@ -27,13 +27,7 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.fading_memory import FadingMemory
 from goalreach_perception.filter_config import FilterConfig
-from goalreach_perception.measurement_model import (
-    FOCAL,
-    HEIGHT,
-    LEDS,
-    Lens,
-    prior_sigmas,
-)
+from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
 from goalreach_perception.odometry_motion import OdometryMotion
 from goalreach_perception.prediction import (
     Prediction,
@@ -203,9 +197,10 @@ class PoseFilter:
         encoders = expected.by_head * self._encoder_sigma_rad
         noise = encoders.dot(encoders.T)
         if not solved:
-            x2, y2, z2 = self.covariance.diagonal()[[0, 1, HEIGHT]].tolist()
+            variances = self.covariance.diagonal().tolist()
+            spread_m2 = variances[0] + variances[1], variances[HEIGHT]
             left_out = left_out_px2(
-                depth_m, lens.numbers[0], (x2 + y2, z2), encoder_sigma_rad=self._encoder_sigma_rad
+                depth_m, lens.numbers[0], spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
             )
             add_to_diagonal(noise, left_out)
         covariance = jacobian.dot(cross) + noise
@@ -239,7 +234,7 @@ class PoseFilter:
         if not self._calibrate:
             gain[HEIGHT:] = 0.0
         self.mean += gain.dot(innovation)
-        self.mean[2] = wrap_angle(self.mean[2])
+        self.mean[2] = wrap_angle(float(self.mean[2]))
         noise = part.encoder_noise.copy()
         add_to_diagonal(noise, spots)
         # Joseph form, L P L' + K R K' with L = I - K J, where P J' is the cross-covariance.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +43,7 @@ class DetectionConfig:
         check_fields(self)
 
 
-@dataclass(frozen=True)
-class Spots:
+class Spots(NamedTuple):
     """Points of light in one image.
 
     Attributes:
@@ -60,7 +60,7 @@ class Spots:
     lit: list[bool]
     good: list[bool]
 
-    def __getitem__(self, rows: list[int]) -> Spots:
+    def pick(self, rows: list[int]) -> Spots:
         """Return some of the spots."""
         if rows == list(range(len(self.peaks_dn))):
             return self
@@ -72,7 +72,7 @@ class Spots:
             [self.good[row] for row in rows],
         )
 
-    def __add__(self, other: Spots) -> Spots:
+    def followed_by(self, other: Spots) -> Spots:
         """Return these spots and then the others."""
         return Spots(
             np.concatenate([self.pixels_px, other.pixels_px]),
