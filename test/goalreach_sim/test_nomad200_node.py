@@ -156,12 +156,14 @@ def test_a_command_that_comes_late_is_refused_by_name(tmp_path: Path) -> None:
         robot.wait(lambda: robot.speed_m_per_s > 0.0)
 
 
-def test_while_two_nodes_drive_none_is_obeyed(tmp_path: Path) -> None:
-    with robot_graph(tmp_path, speed=2.0) as robot:
+@pytest.mark.parametrize('topic', ['/cmd_vel', '/wheels'])
+def test_while_two_nodes_drive_none_is_obeyed(topic: str, tmp_path: Path) -> None:
+    with robot_graph(tmp_path, [f'/cmd_vel:={topic}'], speed=2.0) as robot:
+        robot.drive_by(topic)
         robot.wait_for_ticks(2)
         drive_until(robot, 0.2, lambda: robot.speed_m_per_s > 0.1)
         stranger = Node('stranger', context=robot.node.context, enable_rosout=False)
-        stranger.create_publisher(TwistStamped, '/cmd_vel', RELIABLE_QOS)
+        stranger.create_publisher(TwistStamped, topic, RELIABLE_QOS)
         drive_until(robot, 0.2, lambda: robot.speed_m_per_s == 0.0)
         assert "2 nodes drive: ['/onlooker', '/stranger']" in robot.log
         stranger.destroy_node()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,11 +38,17 @@ MODULES = {
 
 @contextmanager
 def node_process(
-    name: str, parameters: dict[str, object], *, domain: int, home: Path
+    name: str,
+    parameters: dict[str, object],
+    *,
+    domain: int,
+    home: Path,
+    remaps: Sequence[str] = (),
 ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
     """Run one of the nodes; give its process and the file that takes what it says."""
     log_path = home / f'{name}.txt'
     overrides = [part for key, value in parameters.items() for part in ('-p', f'{key}:={value}')]
+    overrides += [part for remap in remaps for part in ('-r', remap)]
     with log_path.open('w') as log:
         process = subprocess.Popen(
             [sys.executable, '-m', MODULES[name], '--ros-args', *overrides],
@@ -83,6 +89,7 @@ class RobotGraph:
     scans: list[LaserScan] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self._drive: Any = None
         subscribe = self.node.create_subscription
         subscribe(Odometry, '/ground_truth/odom', self.truth.append, RELIABLE_QOS)
         subscribe(LaserScan, '/bumpers', self.scans.append, RELIABLE_QOS)
@@ -91,9 +98,15 @@ class RobotGraph:
         )
         if not self.speaks:
             return
-        self._drive = self.node.create_publisher(TwistStamped, '/cmd_vel', RELIABLE_QOS)
+        self.drive_by('/cmd_vel')
         self._head = self.node.create_publisher(JointState, '/head/command', RELIABLE_QOS)
         self._parameters = AsyncParameterClient(self.node, 'nomad200')
+
+    def drive_by(self, topic: str) -> None:
+        """Send the commands of `drive` on a topic."""
+        if self._drive is not None:
+            self.node.destroy_publisher(self._drive)
+        self._drive = self.node.create_publisher(TwistStamped, topic, RELIABLE_QOS)
 
     @property
     def log(self) -> str:
@@ -153,12 +166,17 @@ class RobotGraph:
 
 
 @contextmanager
-def robot_graph(home: Path, **parameters: object) -> Iterator[RobotGraph]:
+def robot_graph(
+    home: Path, remaps: Sequence[str] = (), /, **parameters: object
+) -> Iterator[RobotGraph]:
     """Run the robot with parameters, in a domain of its own; wait until it is up."""
     domain = graphs.fresh_domain()
     with (
         graphs.onlooker(domain) as (node, serve_until),
-        node_process('nomad200', parameters, domain=domain, home=home) as (_, log_path),
+        node_process('nomad200', parameters, domain=domain, home=home, remaps=remaps) as (
+            _,
+            log_path,
+        ),
     ):
         graph = RobotGraph(node, serve_until, log_path)
         graph.wait(lambda: 'nomad200' in node.get_node_names())

@@ -34,6 +34,7 @@ class CommandGuard:
     ) -> None:
         """Start to look."""
         self._node = node
+        self._topic = node.resolve_topic_name(CMD_VEL)  # counting knows of no remapping
         self._limit_ns = round(limit_s * 1e9)
         self._brakes_after_ns = round(brakes_after_s * 1e9)
         self._reporter = InputReporter(node, [CLOCK, CMD_VEL, HEAD_COMMAND]) if silence else None
@@ -67,10 +68,10 @@ class CommandGuard:
 
     def _look(self) -> None:
         """See who drives; a node whose name is not known yet counts once it is."""
-        if self._node.count_publishers(CMD_VEL) < _TOO_MANY:  # cheap, where names are not
+        if self._node.count_publishers(self._topic) < _TOO_MANY:  # cheap, where names are not
             self._drivers = []
             return
-        infos = self._node.get_publishers_info_by_topic(CMD_VEL)
+        infos = self._node.get_publishers_info_by_topic(self._topic)
         names = {f'{info.node_namespace}{info.node_name}' for info in infos}
         self._drivers = sorted(name for name in names if _UNKNOWN not in name)
 

@@ -134,8 +134,9 @@ class LockstepClock:
 
     def _await_graph(self, now_s: float) -> None:
         spoken = {*_SPOKEN, *self._answers}
-        silent = [t for t in spoken if not self._node.count_publishers(t)]
-        deaf = [t for t in _HEARD if not self._node.count_subscribers(t)]
+        named = self._node.resolve_topic_name  # counting knows of no remapping
+        silent = [t for t in spoken if not self._node.count_publishers(named(t))]
+        deaf = [t for t in _HEARD if not self._node.count_subscribers(named(t))]
         if silent or deaf:
             self._changed_s = now_s
             if now_s - self._named_s > self._timeout_s:
