@@ -14,7 +14,15 @@ SEEN = LandmarkObservation(u_px=1.0, v_px=1.0, peak_dn=200.0)
 AHEAD, ASIDE = 0.0, 1.5
 
 
-def told(watch: SensorWatch, images: int, *, seen: bool, pan_rad: float = AHEAD) -> list[str]:
+def told(
+    watch: SensorWatch,
+    images: int,
+    *,
+    seen: bool,
+    pan_rad: float = AHEAD,
+    time_ns: int = 0,
+    odometry: Pose2 = POSE,
+) -> list[str]:
     """Let images pass in which the first LED is seen or not; return what is told."""
     output = LocalizerOutput(
         estimate=PoseEstimate(pose=POSE, covariance=1e-4 * np.eye(3)),
@@ -27,11 +35,11 @@ def told(watch: SensorWatch, images: int, *, seen: bool, pan_rad: float = AHEAD)
     lines = []
     for _ in range(images):
         lines += watch.look(
-            time_ns=0,
+            time_ns=time_ns,
             image=np.zeros((480, 640), np.uint8),
             camera=CAMERA,
             joints=HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0),
-            odometry=POSE,
+            odometry=odometry,
             output=output,
         )
     return lines
@@ -54,3 +62,18 @@ def test_a_dark_led_that_leaves_the_view_is_counted_on_when_it_is_back() -> None
     assert told(watch, 8, seen=False) == []
     assert told(watch, 30, seen=False, pan_rad=ASIDE) == []
     assert len(told(watch, 4, seen=False)) == 1
+
+
+def test_what_goes_on_is_told_once_in_a_second_and_what_happens_again_each_time() -> None:
+    watch = SensorWatch(LocalizerConfig())
+    here, there = POSE, Pose2(x_m=0.5, y_m=2.0, heading_rad=0.0)
+    jump = ['odometry jumped by 2.39 m']
+
+    def at(milliseconds: int, odometry: Pose2) -> list[str]:
+        return told(watch, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
+
+    assert at(0, here) == []
+    assert at(40, there) == jump
+    assert at(640, here) == jump
+    flickering = [at(time_ms, there if time_ms % 80 else here) for time_ms in range(680, 2680, 40)]
+    assert [line for lines in flickering for line in lines] == 2 * jump

@@ -37,6 +37,8 @@ _LOSSES = 3
 """A pose lost so often in a row at one and the same odometry tells of frozen encoders; chosen."""
 
 _QUIET_NS = 1_000_000_000
+_AGAIN_NS = 200_000_000
+"""After so long without it, what is seen anew is another event and not the same one going on."""
 _KIND_LENGTH = 12
 """Lines that begin alike are of one kind."""
 
@@ -63,6 +65,7 @@ class SensorWatch:
         self._lost_at: list[Pose2] = []
         self._odometry: Pose2 | None = None
         self._told_ns: dict[str, int] = {}
+        self._seen_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
 
     def look(
@@ -75,7 +78,7 @@ class SensorWatch:
         odometry: Pose2,
         output: LocalizerOutput,
     ) -> list[str]:
-        """Return what is worth a word, one line each; the same kind once in a second.
+        """Return what is worth a word, one line each; what goes on once in a second.
 
         Args:
             time_ns: Stamp of the image.
@@ -89,7 +92,9 @@ class SensorWatch:
         fresh = []
         for line in lines:
             kind = line[:_KIND_LENGTH]
-            if time_ns - self._told_ns.get(kind, -_QUIET_NS) >= _QUIET_NS:
+            goes_on = time_ns - self._seen_ns.get(kind, -_AGAIN_NS) < _AGAIN_NS
+            self._seen_ns[kind] = time_ns
+            if not goes_on or time_ns - self._told_ns[kind] >= _QUIET_NS:
                 self._told_ns[kind] = time_ns
                 fresh.append(line)
         return fresh
