@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from typing import Final
@@ -33,6 +35,7 @@ __all__ = [
     'frame_ms',
     'learning_rows',
     'localization_rows',
+    'machine_gain',
     'recording_rows',
 ]
 
@@ -40,6 +43,7 @@ _SIZES_PX: Final = ((320, 240), (640, 480), (960, 720), (1280, 960))
 _LED_COUNTS: Final = (3, 4, 5, 6)
 _MORE_LEDS_M: Final = ((2.2, 0.0, 1.45), (1.4, 0.0, 1.6), (3.0, 0.0, 1.5))
 _PATHS: Final = 4
+_TURNS: Final = 60_000_000
 
 
 def learning_rows(budget: Budget) -> list[BenchRow]:
@@ -124,8 +128,9 @@ def frame_ms(
 def evaluation_rows(budget: Budget) -> list[BenchRow]:
     """Return the rows of many drives: on two processes against one, and over their number."""
     drives = budget.count(500, 44)
-    one, two, half = [], [], []
+    one, two, half, machine = [], [], [], []
     for number in range(budget.count(3)):
+        machine.append(machine_gain(budget.count(_TURNS)))
         seed = budget.seed + number
         one.append(_evaluate_s(drives, seed, jobs=1))
         two.append(_evaluate_s(drives, seed, jobs=2))
@@ -137,10 +142,12 @@ def evaluation_rows(budget: Budget) -> list[BenchRow]:
             name=f'evaluation of {drives} drives, two processes, times as fast as one',
             unit='times',
             ours=gain,
+            reference=statistics.median(machine),
+            reference_name='two plain loops at once',
             goal=Goal(of='ours', relation='>=', bound=1.8),
             n=len(one),
             note=f'{whole_s:.1f} s alone, {spread(one)}; {whole_s / gain:.1f} s on two, '
-            f'{spread(two)}, starting the processes counts',
+            f'{spread(two)}, starting the processes counts; loops {spread(machine)}',
         ),
         BenchRow(
             name='evaluation, time of twice the drives by twice the time',
@@ -150,6 +157,24 @@ def evaluation_rows(budget: Budget) -> list[BenchRow]:
             note='1 is linear in the number of drives',
         ),
     ]
+
+
+def machine_gain(turns: int) -> float:
+    """Return how much more two plain loops of Python at once get done than one: 2 at best.
+
+    Args:
+        turns: How often each goes round.
+    """
+
+    def taken_s(count: int) -> float:
+        loop = f'total = 0\nfor i in range({turns}): total += i * i'
+        began_s = time.perf_counter()
+        loops = [subprocess.Popen([sys.executable, '-c', loop]) for _ in range(count)]
+        for one in loops:
+            one.wait()
+        return time.perf_counter() - began_s
+
+    return 2.0 * taken_s(1) / taken_s(2)
 
 
 def _evaluate_s(drives: int, seed: int, *, jobs: int) -> float:

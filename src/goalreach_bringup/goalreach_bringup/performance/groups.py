@@ -99,7 +99,9 @@ the last section.""",
         text="""\
 Turn about on the same images, those that hold all three LEDs: ours, OpenCV's SimpleBlobDetector
 with solveP3P, scipy's least squares on our spots, filterpy's extended Kalman filter on our
-windows. [LOCALIZATION.md](LOCALIZATION.md) holds the errors of each against one another.""",
+windows. The last has three states and takes the brightest light of a window for its LED; ours has
+18, tells LEDs from other lights, checks its input and itself, and aims the head, all of which is
+in its time. [LOCALIZATION.md](LOCALIZATION.md) holds the errors of each against one another.""",
         profile="""\
 an acquisition searches the whole image for spots and tries every naming of them.""",
     ),
@@ -113,7 +115,8 @@ Processor time of the writer, on the same images as the writer of the package ro
         source='core_rows.evaluation_rows',
         title='Many drives',
         text="""\
-The same evaluation in one process and over two, and one of half as many drives.""",
+The same evaluation in one process and over two, and one of half as many drives. What two cores of
+this machine are worth is told by two loops of plain Python at once.""",
         profile="""\
 two processes have to be started, and each imports numpy and OpenCV; beside that the drives
 share nothing. The rest is the machine: two cores that are hardware threads of one, or that
