@@ -100,17 +100,25 @@ def test_recovery_takes_as_long_by_the_wall_while_the_clock_of_the_graph_stands(
     assert verdict.recovery_s == pytest.approx(3.0)
 
 
-def test_the_search_after_a_path_is_no_recovery() -> None:
-    kind = KINDS[0]
-    lasting, ending = (
+def two_verdicts(kind: str) -> list[Verdict]:
+    """Return what came of a fault without and with the end of a path in it."""
+    return [
         Verdict(
-            kind=kind.name, bumps=0, wrong=0, worst_m=0.01, recovery_s=taken_s, report='r',
+            kind=kind, bumps=0, wrong=0, worst_m=0.01, recovery_s=taken_s, report='r',
             moment_s=1.0, path_ended=ended,
         )
         for taken_s, ended in ((1.0, False), (9.0, True))
-    )  # fmt: skip
-    (one,) = summarise_kinds([lasting, ending])
-    assert (one.injected, one.hangs, one.recovery_p95_s) == (2, 0, 1.0)
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ('kind', 'p95_s'), [('/odom lost', 1.0), ('a bumper stuck', 9.0), ('clock stalled', 1.0)]
+)
+def test_the_search_after_a_path_is_no_recovery_unless_one_had_to_end(
+    kind: str, p95_s: float
+) -> None:
+    (one,) = summarise_kinds(two_verdicts(kind))
+    assert (one.injected, one.hangs, one.recovery_p95_s) == (2, 0, p95_s)
 
 
 def test_the_table_counts_what_came_of_each_kind() -> None:

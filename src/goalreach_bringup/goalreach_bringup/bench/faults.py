@@ -85,11 +85,12 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
 
 
 def _inject(options: argparse.Namespace, kinds: Sequence[FaultKind], results: Path) -> None:
+    from goalreach_bringup.faults.document import tells_of_recovery
     from goalreach_bringup.faults.results_file import read_verdicts
     from goalreach_bringup.run.domain_lock_file import free_domains
 
     verdicts = read_verdicts(results)
-    done = [verdict.kind for verdict in verdicts if not verdict.path_ended]
+    done = [verdict.kind for verdict in verdicts if tells_of_recovery(verdict)]
     rng = np.random.default_rng([options.seed, len(verdicts)])
     order: list[FaultKind] = []
     for number in range(options.times):  # round by round, so that no node dies too often in a row

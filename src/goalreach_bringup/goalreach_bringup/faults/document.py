@@ -11,8 +11,15 @@ import textwrap
 from goalreach_bringup.faults.judge import Verdict
 from goalreach_bringup.faults.kinds import KINDS, FaultKind
 
-__all__ = ['KindSummary', 'fault_document', 'recovery_times', 'summarise_kinds']
+__all__ = [
+    'KindSummary',
+    'fault_document',
+    'recovery_times',
+    'summarise_kinds',
+    'tells_of_recovery',
+]
 
+_ENDING = {kind.name for kind in KINDS if kind.ends_paths}
 _WIDTH = 99
 _HEAD = """# Faults, and what comes of them
 
@@ -35,7 +42,7 @@ Measured by `{command}`.
 Faults begin at least 1.5 m before the goal region; between two of them the robot is put back.
 Where a path ended all the same before the robot had recovered, the time would hold the way to the
 next start and the search for LEDs there: such a fault counts in every column but the recovery, and
-another one is injected.
+another one is injected (but for a stuck bumper and a full disk, in which a path always ends).
 
 | fault | what should come | n | bumps | wrong | worst | hangs | recovery | named |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |"""
@@ -77,8 +84,13 @@ def summarise_kinds(verdicts: Iterable[Verdict]) -> list[KindSummary]:
 
 
 def recovery_times(verdicts: Iterable[Verdict]) -> list[float]:
-    """Return the times to recover, s, of those in which no path ended meanwhile."""
-    return [v.recovery_s for v in verdicts if v.recovery_s is not None and not v.path_ended]
+    """Return the times to recover, s, of those whose time tells of the fault alone."""
+    return [v.recovery_s for v in verdicts if v.recovery_s is not None and tells_of_recovery(v)]
+
+
+def tells_of_recovery(verdict: Verdict) -> bool:
+    """Return whether no path ended meanwhile, or one had to."""
+    return not verdict.path_ended or verdict.kind in _ENDING
 
 
 def _summary(kind: FaultKind, verdicts: Sequence[Verdict]) -> KindSummary:

@@ -38,6 +38,8 @@ class FaultKind:
         duration_s: How long, seconds of the graph's clock; 0 where it is a moment.
         expected: What should come of it.
         named: Regular expression of the words that report it.
+        ends_paths: Whether a path ends in it as a rule, by a bump or because it lasts so long: the
+            time to recover then counts all the same.
     """
 
     name: str
@@ -47,6 +49,7 @@ class FaultKind:
     duration_s: float = 2.0
     expected: str = _WAITS
     named: str
+    ends_paths: bool = False
 
 
 def _of_nodes() -> list[FaultKind]:
@@ -131,6 +134,7 @@ def _of_sensors() -> list[FaultKind]:
             duration_s=3.0,
             expected='no driving while it is pressed',
             named=rf'{CONTROLLER}.*bumper',
+            ends_paths=True,
         ),
         FaultKind(
             name='carried by hand',
@@ -158,6 +162,7 @@ def _of_surroundings() -> list[FaultKind]:
             duration_s=0.0,
             expected='the recorder closes its bag and says so; the run goes on',
             named='recording stopped',
+            ends_paths=True,
         ),
         FaultKind(
             name='a second stack in the domain',
