@@ -25,9 +25,11 @@ from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.region_config import RegionConfig
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError
+from goalreach_msgs_py.ros_glimpse import Glimpse
 from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
+from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_raw import subscribe_raw
@@ -72,7 +74,7 @@ class GoalReachingControllerNode(Node):
         self._controller = GoalReachingController(config.value, policy, rng)
         self._inputs = StampSynchronizer([STATE, BUMPERS])
         self._reporter = InputReporter(self, [STATE, BUMPERS], self._inputs.missing)
-        self._outbox = Outbox()
+        self._outbox = Outbox(Glimpse(self))
         self._diagnostics = Diagnostics(self)
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
@@ -143,7 +145,7 @@ class GoalReachingControllerNode(Node):
 
     def _process(self, stamp_ns: int, state: RegionState, *, bumped: bool) -> None:
         if self._finished:
-            self._outbox.send(self._drive, twist_to_raw(_STANDING, stamp_ns))
+            self._command(_STANDING, stamp_ns)
             return
         if not self._driving:
             self._busy = True
@@ -159,7 +161,11 @@ class GoalReachingControllerNode(Node):
                 self._keep(step.transition.path)
                 self._begin_next_path(stamp_ns)
                 return
-        self._outbox.send(self._drive, twist_to_raw(step.command, stamp_ns))
+        self._command(step.command, stamp_ns)
+
+    def _command(self, twist: Twist2, stamp_ns: int) -> None:
+        self._outbox.send(self._drive, twist_to_raw(twist, stamp_ns))
+        self._outbox.close()
 
     def _begin_next_path(self, stamp_ns: int) -> None:
         """Start the next path; `/cmd_vel` is answered only when the robot has been placed.
@@ -170,7 +176,7 @@ class GoalReachingControllerNode(Node):
 
         def answer() -> None:
             self._busy = False
-            self._outbox.send(self._drive, twist_to_raw(_STANDING, stamp_ns))
+            self._command(_STANDING, stamp_ns)
 
         if order is None:
             self._finished = self._busy = True

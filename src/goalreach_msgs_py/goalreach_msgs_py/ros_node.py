@@ -1,4 +1,4 @@
-"""How every node of the graph starts, answers, reports and ends."""
+"""How every node of the graph starts, reports and ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import signal
 import sys
 import time
 from types import FrameType
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 import rclpy
@@ -17,7 +16,6 @@ from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
@@ -29,7 +27,6 @@ from goalreach_msgs_py.topics import DIAGNOSTICS
 __all__ = [
     'LAUNCHER_PID',
     'Diagnostics',
-    'Outbox',
     'StopRequest',
     'call_process',
     'end_with_launcher',
@@ -51,34 +48,6 @@ _M_MMAP_THRESHOLD = -3
 _LARGEST_KEPT_BYTES = 16 << 20
 _MOST_KEPT_BYTES = 64 << 20
 """Sizes for `mallopt`. Chosen: some images of any camera that the parameters allow."""
-
-
-class Outbox:
-    """Publishes the answer to one stamp and can repeat it.
-
-    A simulator in lockstep that hears nothing sends its last tick again; the answer then is
-    repeated, not computed anew, so a lost message costs time and nothing else.
-    """
-
-    def __init__(self) -> None:
-        """Start with nothing sent."""
-        self._stamp_ns: int | None = None
-        self._sent: list[tuple[Publisher[Any], object]] = []
-
-    def open(self, stamp_ns: int) -> bool:
-        """Begin the answer to a stamp; return False where it was only to be repeated."""
-        if stamp_ns == self._stamp_ns:
-            for publisher, message in self._sent:
-                publisher.publish(message)
-            return False
-        self._stamp_ns = stamp_ns
-        self._sent.clear()
-        return True
-
-    def send(self, publisher: Publisher[Any], message: object) -> None:
-        """Publish a message as part of the answer."""
-        self._sent.append((publisher, message))
-        publisher.publish(message)
 
 
 class Diagnostics:

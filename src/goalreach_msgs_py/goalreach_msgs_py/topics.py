@@ -32,6 +32,8 @@ __all__ = [
     'RESET_SERVICE',
     'STATE',
     'TRANSITION',
+    'glimpse_topic',
+    'picture_topic',
 ]
 
 CLOCK: Final = '/clock'
@@ -63,3 +65,13 @@ BASE_FRAME: Final = 'base_link'
 BUMPER_FRAME: Final = 'bumper_link'
 CAMERA_FRAME: Final = 'camera_optical_frame'
 HEAD_JOINTS: Final = ('turret_joint', 'pan_joint', 'tilt_joint')
+
+
+def glimpse_topic(node: str) -> str:
+    """Return where a node, by its full name, shows those who look on what it said lately."""
+    return f'/_glimpse{node}'
+
+
+def picture_topic(node: str) -> str:
+    """Return where it shows them an image now and then."""
+    return f'{glimpse_topic(node)}/image'

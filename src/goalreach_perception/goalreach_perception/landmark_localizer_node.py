@@ -12,8 +12,10 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.ros_common_messages import MessageError
+from goalreach_msgs_py.ros_glimpse import Glimpse
 from goalreach_msgs_py.ros_input_watch import InputReporter
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
+from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_raw import subscribe_raw
@@ -45,6 +47,10 @@ __all__ = ['LandmarkLocalizerNode', 'main']
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
+_SHOWN_POSES = 5
+"""Poses that a glimpse holds, so that one is among them whose truth is in the robot's. Chosen."""
+_SHOWN_LANDMARKS = 100
+"""Those of any image that the robot's glimpse may hold."""
 
 
 class LandmarkLocalizerNode(Node):
@@ -68,7 +74,8 @@ class LandmarkLocalizerNode(Node):
         self._reporter = InputReporter(
             self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
         )
-        self._outbox = Outbox()
+        history = {POSE: _SHOWN_POSES, LANDMARKS: _SHOWN_LANDMARKS}
+        self._outbox = Outbox(Glimpse(self, history=history))
         self._diagnostics = Diagnostics(self)
         self._transforms = TransformPublisher(self)
         self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
@@ -129,6 +136,7 @@ class LandmarkLocalizerNode(Node):
         self._outbox.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
         self._outbox.send(self._head, head_to_raw(output.head_command, stamp_ns))
         self._outbox.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
+        self._outbox.close()
         self._diagnostics.tick(
             stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
         )

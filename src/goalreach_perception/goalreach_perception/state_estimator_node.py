@@ -9,8 +9,10 @@ from rosgraph_msgs.msg import Clock
 
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros_common_messages import MessageError
+from goalreach_msgs_py.ros_glimpse import Glimpse
 from goalreach_msgs_py.ros_input_watch import InputReporter
-from goalreach_msgs_py.ros_node import Diagnostics, Outbox, run_nodes
+from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_parameters import NodeConfig
 from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS
 from goalreach_msgs_py.ros_raw import subscribe_raw
@@ -38,7 +40,7 @@ class StateEstimatorNode(Node):
         """Declare and build."""
         super().__init__(_NAME)
         self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
-        self._outbox = Outbox()
+        self._outbox = Outbox(Glimpse(self))
         self._diagnostics = Diagnostics(self)
         self._state = self.create_publisher(DiagnosticArray, STATE, DEEP_QOS)
         self._reporter = InputReporter(self, [CLOCK, POSE])
@@ -73,6 +75,7 @@ class StateEstimatorNode(Node):
             self.get_logger().error(f'{POSE}: {error}', throttle_duration_sec=_THROTTLE_S)
             return
         self._outbox.send(self._state, state_to_raw(state, stamp_ns))
+        self._outbox.close()
         self._diagnostics.tick(
             stamp_ns,
             state.confidence.value,

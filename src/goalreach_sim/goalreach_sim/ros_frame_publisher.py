@@ -7,7 +7,8 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
-from goalreach_msgs_py.ros_node import Outbox
+from goalreach_msgs_py.ros_glimpse import Glimpse
+from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_raw_camera import (
     camera_to_raw,
@@ -40,6 +41,9 @@ from goalreach_sim.simulator import SensorFrame
 
 __all__ = ['FramePublisher']
 
+_SHOWN = 100
+"""Ticks that a glimpse holds at most: twice what the fastest run has between two. Chosen."""
+
 
 class FramePublisher:
     """The publishers of `nomad200` that send once in a camera period.
@@ -58,7 +62,8 @@ class FramePublisher:
         self._body_radius_m = body_radius_m
         self._camera_height_m = camera_height_m
         self._period_s = period_s
-        self._outbox = Outbox()
+        history = {GROUND_TRUTH: _SHOWN, BUMPERS: _SHOWN}
+        self._outbox = Outbox(Glimpse(node, history=history, picture=IMAGE))
         self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
         self._image = node.create_publisher(Image, IMAGE, SENSOR_QOS)
         self._camera = node.create_publisher(CameraInfo, CAMERA_INFO, SENSOR_QOS)
@@ -87,6 +92,7 @@ class FramePublisher:
         )
         send(self._camera, camera_to_raw(frame.camera, stamp_ns))
         send(self._image, image_to_raw(frame.image, stamp_ns))
+        self._outbox.close()
         if self._transforms.active:
             self._transforms.publish(
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)

@@ -1,0 +1,134 @@
+"""What one node says: by its glimpses, or by its topics where it gives none.
+
+Nodes of goalreach show what they say 20 times a second, which costs them next to nothing. Those of
+others, and bags, do not: there the topics themselves are listened to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import time
+from typing import Any, Final
+
+from rclpy.node import Node
+from std_msgs.msg import UInt8MultiArray
+
+from goalreach_bringup.dashboard.ros_taps import Tap
+from goalreach_msgs_py.ros_common_messages import MessageError
+from goalreach_msgs_py.ros_raw_glimpse import glimpse_from_raw
+from goalreach_msgs_py.topics import glimpse_topic
+
+__all__ = ['NodeTap', 'Source']
+
+_DEPTH: Final = 10
+_PATIENCE_S: Final = 0.3
+"""For so long a node's topics may be known before its glimpse is. Chosen."""
+_THROTTLE_S: Final = 5.0
+
+
+@dataclass(frozen=True)
+class Source:
+    """One topic of a node.
+
+    Attributes:
+        message_type: Type of its messages.
+        topic: Its name.
+        depth: How many messages are kept where there is no glimpse.
+    """
+
+    message_type: type[Any]
+    topic: str
+    depth: int = 1
+
+
+class NodeTap:
+    """The topics of one node.
+
+    Args:
+        node: A node that is on no executor.
+        name: Name of the node listened to.
+        sources: Its topics.
+        told: Topics that its glimpses tell the number of messages of, and no more.
+        note: Called with the topic and the number of messages of each that was heard or told.
+
+    Attributes:
+        glimpsed: Whether the node gives glimpses.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        sources: Sequence[Source],
+        *,
+        told: Sequence[str] = (),
+        note: Callable[[str, int], None],
+    ) -> None:
+        """Listen to glimpses; whether there are any is seen later."""
+        self.glimpsed = False
+        self._node = node
+        self._sources = sources
+        self._note = note
+        self._topic = glimpse_topic(f'/{name}')
+        self._glimpses = Tap(
+            node, UInt8MultiArray, self._topic, note=_not_noted, depth=_DEPTH, raw=True
+        )
+        self._plain: dict[str, Tap] = {}
+        topics = [*(each.topic for each in sources), *told]
+        self._contract = {node.resolve_topic_name(topic): topic for topic in topics}
+        self._alone_s = time.monotonic()
+
+    def take(self) -> dict[str, list[bytes]]:
+        """Return, by topic, the messages that came since the last call, the oldest first."""
+        self._choose(time.monotonic())
+        heard: dict[str, list[bytes]] = {}
+        for glimpse in self._glimpses.take():
+            self._read(glimpse, heard)
+        for topic, tap in self._plain.items():
+            heard.setdefault(topic, []).extend(tap.take())
+        return heard
+
+    def _read(self, glimpse: bytes, heard: dict[str, list[bytes]]) -> None:
+        try:
+            messages = glimpse_from_raw(glimpse)
+        except MessageError as error:
+            text = f'{self._topic}: {error}'
+            self._node.get_logger().warning(text, throttle_duration_sec=_THROTTLE_S)
+            return
+        for name, number, message in messages:
+            topic = self._contract.get(name)
+            if topic is None:
+                continue
+            self._note(topic, number)
+            if message:
+                heard.setdefault(topic, []).append(message)
+
+    def _choose(self, now_s: float) -> None:
+        """Listen to the topics themselves where they have been there without a glimpse."""
+        self.glimpsed = self._node.count_publishers(self._topic) > 0
+        if self.glimpsed:
+            self._alone_s = now_s
+            for tap in self._plain.values():
+                tap.close()
+            self._plain.clear()
+            return
+        missing = [each for each in self._sources if each.topic not in self._plain]
+        spoken = [each for each in missing if self._node.count_publishers(each.topic)]
+        if not (spoken or self._plain):
+            self._alone_s = now_s
+        if now_s - self._alone_s < _PATIENCE_S:
+            return
+        for each in spoken:
+            self._plain[each.topic] = Tap(
+                self._node,
+                each.message_type,
+                each.topic,
+                note=self._note,
+                depth=each.depth,
+                raw=True,
+            )
+
+
+def _not_noted(_topic: str, _number: int) -> None:
+    """Leave glimpses uncounted: what they hold counts."""
