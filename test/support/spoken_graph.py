@@ -143,7 +143,7 @@ class SpokenGraph:
 
 
 def _tick(tick: int, truth: Pose2) -> dict[str, bytes]:
-    """Return what is said in a tick, by topic; a bumper is pressed in every third."""
+    """Return what is said in a tick, by topic; one bumper is always pressed."""
     stamp_ns = tick * PERIOD_NS
     head = HeadAngles(turret_rad=0.01 * tick, pan_rad=0.0, tilt_rad=0.0)
     state = RegionState(
@@ -159,7 +159,7 @@ def _tick(tick: int, truth: Pose2) -> dict[str, bytes]:
         covariance=np.diag((1e-4, 1e-4, 1e-4)),
     )
     led = LandmarkObservation(u_px=float(tick), v_px=1.0, peak_dn=200.0)
-    pressed = [tick % 3 == 0 and number == 4 for number in range(20)]
+    pressed = [number == 4 for number in range(20)]
     return {
         topics.CLOCK: clock_to_raw(stamp_ns),
         topics.GROUND_TRUTH: odometry_to_raw(_standing(truth), stamp_ns, frame_id='map'),

@@ -71,10 +71,14 @@ class Onlooker:
         state = self.state
 
         def known() -> bool:
-            at = (state.clock_ns, state.robot.truth_ns, state.robot.estimate_ns)
-            shown = state.picture is not None and state.picture.stamp_ns
-            whole = state.state is not None and state.state.goal_probability == 1.0 / (tick + 1)
-            return at == (stamp_ns,) * 3 and shown == stamp_ns and whole
+            robot, picture, region = state.robot, state.picture, state.state
+            if picture is None or region is None or robot.head is None:
+                return False
+            stamps = {state.clock_ns, robot.truth_ns, robot.estimate_ns, picture.stamp_ns}
+            leds = [led.u_px for led in state.landmarks if led is not None]
+            numbers = (region.goal_probability, robot.head.turret_rad, leds)
+            whole = numbers == (1.0 / (tick + 1), 0.01 * tick, [tick])
+            return stamps == {stamp_ns} and whole and any(robot.bumpers)
 
         self.wait(graph, known)
         return tick

@@ -68,6 +68,7 @@ class GraphSide:
         self._questions.ask(now_s)
         if self._steering is not None:
             for request, answer in self._board.asked():
+                self._questions.hurry(now_s)
                 self._steering.carry_out(request, answer)
         if watched:
             self._board.show(page_view(self.state, time.monotonic()), self._values(now_s))

@@ -50,7 +50,7 @@ class NodeTap:
         name: Name of the node listened to.
         sources: Its topics.
         told: Topics that its glimpses tell the number of messages of, and no more.
-        note: Called with the topic and the number of messages of each that was heard or told.
+        note: Called with a topic and the number of its last message.
 
     Attributes:
         glimpsed: Whether the node gives glimpses.
@@ -96,13 +96,16 @@ class NodeTap:
             text = f'{self._topic}: {error}'
             self._node.get_logger().warning(text, throttle_duration_sec=_THROTTLE_S)
             return
+        numbers: dict[str, int] = {}
         for name, number, message in messages:
             topic = self._contract.get(name)
             if topic is None:
                 continue
-            self._note(topic, number)
+            numbers[topic] = number
             if message:
                 heard.setdefault(topic, []).append(message)
+        for topic, number in numbers.items():
+            self._note(topic, number)
 
     def _choose(self, now_s: float) -> None:
         """Listen to the topics themselves where they have been there without a glimpse."""

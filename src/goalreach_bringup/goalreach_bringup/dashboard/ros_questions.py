@@ -23,7 +23,10 @@ from goalreach_msgs_py.region_config import RegionConfig
 __all__ = ['Questions', 'arena_of', 'noise_of']
 
 _PERIOD_S: Final = 0.25
+_HEARD_PERIOD_S: Final = 1.0
+"""To answer takes a node half a millisecond; one that is heard need not prove that it lives."""
 _PATIENCE_S: Final = 0.75
+_HURRY_S: Final = 2.0
 _ARENA: Final = (
     'arena_width_m',
     'arena_length_m',
@@ -42,7 +45,7 @@ _SAME: Final = 1e-9
 
 
 class Questions:
-    """One question to each node every quarter of a second.
+    """One question to each node every second, and every quarter of one where it is not heard.
 
     Args:
         node: A node on an executor.
@@ -58,6 +61,16 @@ class Questions:
         self._asked_s: dict[str, float] = {}
         self._open: dict[str, Any] = {}
         self._robot_answer: Mapping[str, Any] = {}
+        self._hurries_until_s = 0.0
+
+    @property
+    def waiting(self) -> bool:
+        """Whether an answer is awaited."""
+        return bool(self._open)
+
+    def hurry(self, now_s: float) -> None:
+        """Ask all as often as those that are not heard, for a moment: something is changed."""
+        self._hurries_until_s = now_s + _HURRY_S
 
     def ask(self, now_s: float) -> None:
         """Ask those whose turn it is; give up questions that stayed without an answer."""
@@ -67,13 +80,17 @@ class Questions:
                 if waited_s < _PATIENCE_S:
                     continue
                 client.remove_pending_request(self._open.pop(name))
-            if waited_s < _PERIOD_S or not client.service_is_ready():
+            if waited_s < self._period_s(name, now_s) or not client.service_is_ready():
                 continue
             names = _ASKED.get(name, _ANYTHING)
             future = client.call_async(GetParameters.Request(names=names))
             self._asked_s[name] = now_s
             self._open[name] = future
             future.add_done_callback(partial(self._on_answer, name, names))
+
+    def _period_s(self, name: str, now_s: float) -> float:
+        heard = self._state.health.silent_s(name, now_s) < _PERIOD_S
+        return _HEARD_PERIOD_S if heard and now_s >= self._hurries_until_s else _PERIOD_S
 
     def _on_answer(self, node: str, names: tuple[str, ...], future: Any) -> None:
         self._open.pop(node, None)
