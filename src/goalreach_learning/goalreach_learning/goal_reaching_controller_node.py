@@ -56,8 +56,8 @@ class GoalReachingControllerNode(Node):
     """Adapter of one `GoalReachingController`, driving path after path.
 
     Publishes: `/cmd_vel` with the stamp of the state it answers, `/q_learning/transition`,
-    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where
-    somebody listens), `/diagnostics`.
+    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where somebody listens), `/diagnostics`,
+    `/_glimpse/goal_reaching_controller` (see `Glimpse`).
     Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
     Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
     Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a

@@ -57,7 +57,8 @@ class LandmarkLocalizerNode(Node):
     """Adapter of one `LandmarkLocalizer`.
 
     Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image;
-    `/diagnostics`, and `/tf` (map to odom) where tf2_msgs is installed.
+    `/diagnostics`, `/_glimpse/landmark_localizer` (see `Glimpse`), and `/tf` (map to odom) where
+    tf2_msgs is installed.
     Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
     stamp when all four of it are there.
     Parameters: the fields of `LocalizerConfig`; `noise.*` may change while it runs, and the

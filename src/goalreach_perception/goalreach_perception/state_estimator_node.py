@@ -31,7 +31,8 @@ _THROTTLE_S = 5.0
 class StateEstimatorNode(Node):
     """Adapter of one `StateEstimator`.
 
-    Publishes: `/state` with the stamp of the pose; `/diagnostics`.
+    Publishes: `/state` with the stamp of the pose; `/diagnostics`; `/_glimpse/state_estimator`
+    (see `Glimpse`).
     Subscribes: `/pose`; `/clock`, against which a pose is STALE that comes late or from a future.
     Parameters: the fields of `StateEstimatorConfig`.
     """

@@ -45,7 +45,8 @@ class Nomad200Node(Node):
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
     `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
-    `/diagnostics`, and `/tf`, `/tf_static` where tf2_msgs is installed.
+    `/diagnostics`, `/_glimpse/nomad200` and its `image` (see `Glimpse`), and `/tf`, `/tf_static`
+    where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and in lockstep `/_recorded` of a recorder
     and `/_judged` of whoever judges the run.
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
