@@ -39,7 +39,8 @@ Measured by `{command}`.
   is more. Median and 95th percentile.
 * **named**: faults that a log or `/diagnostics` reported by name.
 
-Faults begin at least 1.5 m before the goal region; between two of them the robot is put back.
+Faults begin at least 1.5 m before the goal region; between two of them the robot is put back. No
+node is killed twice in a minute: for one that keeps dying, the wait before the next start grows.
 Where a path ended all the same before the robot had recovered, the time would hold the way to the
 next start and the search for LEDs there: such a fault counts in every column but the recovery, and
 another one is injected (but for a stuck bumper and a full disk, in which a path always ends).

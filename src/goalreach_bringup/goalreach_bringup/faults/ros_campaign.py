@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import math
 from pathlib import Path
 import sys
 import tempfile
@@ -15,6 +16,7 @@ from goalreach_bringup.faults.judge import Verdict
 from goalreach_bringup.faults.kinds import FaultKind
 from goalreach_bringup.faults.ros_bench_graph import BenchGraph
 from goalreach_bringup.faults.ros_injector import Injector
+from goalreach_bringup.run.backoff import Backoff
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['inject_faults']
@@ -62,15 +64,26 @@ def inject_faults(
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         graph = BenchGraph(domain=domain, speed=speed, seed=seed, log_directory=Path(folder))
         injector = Injector(graph, rng)
+        killed_s: dict[str, float] = {}
         try:
             for kind in kinds:
                 if graph.stack is None:
                     graph.start(*(word for start in _STARTS for word in ('--start', start)))
+                if kind.act == 'kill':
+                    _let_be_forgiven(graph, killed_s.get(kind.target, -math.inf))
+                    killed_s[kind.target] = time.monotonic()
                 verdict = _one(graph, injector, kind, rng)
                 if verdict is not None:
                     keep(verdict)
         finally:
             graph.close()
+
+
+def _let_be_forgiven(graph: BenchGraph, death_s: float) -> None:
+    """Drive on until a death is no longer counted, by which the next restart would be delayed."""
+    left_s = death_s + Backoff().window_s - time.monotonic()
+    if left_s > 0.0:
+        graph.serve(left_s)
 
 
 def _one(
