@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -86,13 +87,22 @@ class SpokenGraph:
     Args:
         context: Where they live.
         glimpses: Whether they give glimpses.
+        remaps: Remapping rules of ROS 2.
     """
 
-    def __init__(self, context: Context, *, glimpses: bool) -> None:
+    def __init__(self, context: Context, *, glimpses: bool, remaps: Sequence[str] = ()) -> None:
         """Join the graph."""
+        rules = [word for rule in remaps for word in ('--remap', rule)]
+        self._context = context
         self._executor = SingleThreadedExecutor(context=context)
         self._nodes = {
-            name: Node(name, context=context, enable_rosout=False, start_parameter_services=False)
+            name: Node(
+                name,
+                context=context,
+                cli_args=['--ros-args', *rules] if rules else None,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
             for name in _SAID
         }
         self._outboxes: dict[str, Outbox] = {}
@@ -126,6 +136,15 @@ class SpokenGraph:
             for publisher, message in messages:
                 outbox.send(publisher, message)
             outbox.close()
+
+    def relay(self, source: str, target: str) -> None:
+        """Send on what is said on a topic, as somebody's filter does."""
+        message_type = next(types[target] for types in _SAID.values() if target in types)
+        node = Node('filter', context=self._context, enable_rosout=False)
+        publisher = node.create_publisher(message_type, target, DEEP_QOS)
+        node.create_subscription(message_type, source, publisher.publish, DEEP_QOS, raw=True)
+        self._nodes[target] = node
+        self._executor.add_node(node)
 
     def act(self, tick: int, transition: Transition) -> None:
         """Say that an action has ended."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 import itertools
 from typing import Final
@@ -112,8 +112,10 @@ def onlooker() -> Iterator[Onlooker]:
 
 
 @contextmanager
-def spoken(onlooker: Onlooker, *, glimpses: bool) -> Iterator[SpokenGraph]:
-    graph = SpokenGraph(onlooker.context, glimpses=glimpses)
+def spoken(
+    onlooker: Onlooker, *, glimpses: bool, remaps: Sequence[str] = ()
+) -> Iterator[SpokenGraph]:
+    graph = SpokenGraph(onlooker.context, glimpses=glimpses, remaps=remaps)
     try:
         yield graph
     finally:
@@ -183,6 +185,21 @@ def test_a_graph_that_is_started_again_is_followed(onlooker: Onlooker) -> None:
         assert onlooker.plain == []
     assert onlooker.state.robot.compared == pose_at(last)
     assert onlooker.state.health.topics[topics.STATE].total > before
+
+
+def test_a_topic_that_comes_from_elsewhere_is_listened_to(onlooker: Onlooker) -> None:
+    remaps = [f'{topic}:=/unfiltered{topic}' for topic in (topics.POSE, topics.IMAGE)]
+    with spoken(onlooker, glimpses=True, remaps=remaps) as graph:
+        for topic in (topics.POSE, topics.IMAGE):
+            graph.relay(f'/unfiltered{topic}', topic)
+        ticks = itertools.count(1)
+
+        def listens() -> bool:
+            graph.say(next(ticks))
+            return onlooker.plain == [topics.IMAGE, topics.POSE]
+
+        onlooker.wait(graph, listens)
+        onlooker.follow(graph, next(ticks))
 
 
 @pytest.mark.parametrize('glimpses', [True, False])

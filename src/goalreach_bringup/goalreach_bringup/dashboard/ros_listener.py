@@ -144,7 +144,7 @@ class Listener:
             self._node.get_logger().warning(f'{error}', throttle_duration_sec=5.0)
 
     def _look(self, *, watched: bool) -> None:
-        glimpsed = self._nodes[ROBOT].glimpsed
+        glimpsed = self._nodes[ROBOT].covers(IMAGE)
         picture = self._camera.look(watched=watched, glimpsed=glimpsed)
         if picture is not None:
             self._state.picture = picture

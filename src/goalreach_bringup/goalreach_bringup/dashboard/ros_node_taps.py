@@ -1,7 +1,8 @@
-"""What one node says: by its glimpses, or by its topics where it gives none.
+"""What one node says: by its glimpses, or by the topics that these do not hold.
 
-Nodes of goalreach show what they say 20 times a second, which costs them next to nothing. Those of
-others, and bags, do not: there the topics themselves are listened to.
+Nodes of goalreach show what they say 20 times a second, which costs them next to nothing. Those
+of others, and bags, do not; and a topic may be remapped, and come from somewhere else. There the
+topics themselves are listened to.
 """
 
 from __future__ import annotations
@@ -51,9 +52,6 @@ class NodeTap:
         sources: Its topics.
         told: Topics that its glimpses tell the number of messages of, and no more.
         note: Called with a topic and the number of its last message.
-
-    Attributes:
-        glimpsed: Whether the node gives glimpses.
     """
 
     def __init__(
@@ -66,7 +64,6 @@ class NodeTap:
         note: Callable[[str, int], None],
     ) -> None:
         """Listen to glimpses; whether there are any is seen later."""
-        self.glimpsed = False
         self._node = node
         self._sources = sources
         self._note = note
@@ -74,10 +71,16 @@ class NodeTap:
         self._glimpses = Tap(
             node, UInt8MultiArray, self._topic, note=_not_noted, depth=_DEPTH, raw=True
         )
+        self._glimpsed = False
+        self._held: set[str] | None = None
         self._plain: dict[str, Tap] = {}
         topics = [*(each.topic for each in sources), *told]
         self._contract = {node.resolve_topic_name(topic): topic for topic in topics}
         self._alone_s = time.monotonic()
+
+    def covers(self, topic: str) -> bool:
+        """Return whether glimpses hold a topic, or will, as far as is known."""
+        return self._glimpsed and (self._held is None or topic in self._held)
 
     def take(self) -> dict[str, list[bytes]]:
         """Return, by topic, the messages that came since the last call, the oldest first."""
@@ -104,19 +107,22 @@ class NodeTap:
             numbers[topic] = number
             if message:
                 heard.setdefault(topic, []).append(message)
+        self._held = set(numbers)
         for topic, number in numbers.items():
             self._note(topic, number)
 
     def _choose(self, now_s: float) -> None:
-        """Listen to the topics themselves where they have been there without a glimpse."""
-        self.glimpsed = self._node.count_publishers(self._topic) > 0
-        if self.glimpsed:
-            self._alone_s = now_s
-            for tap in self._plain.values():
-                tap.close()
-            self._plain.clear()
-            return
-        missing = [each for each in self._sources if each.topic not in self._plain]
+        """Listen to the topics themselves that have been there for a moment without a glimpse."""
+        self._glimpsed = self._node.count_publishers(self._topic) > 0
+        if not self._glimpsed:
+            self._held = None
+        for topic in [topic for topic in self._plain if self.covers(topic)]:
+            self._plain.pop(topic).close()
+        missing = [
+            each
+            for each in self._sources
+            if each.topic not in self._plain and not self.covers(each.topic)
+        ]
         spoken = [each for each in missing if self._node.count_publishers(each.topic)]
         if not (spoken or self._plain):
             self._alone_s = now_s
