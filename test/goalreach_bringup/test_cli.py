@@ -1,5 +1,6 @@
 """The command line as a person meets it."""
 
+import os
 from pathlib import Path
 import subprocess
 import sys
@@ -49,13 +50,15 @@ def test_a_mistake_is_one_line_and_a_status(
     assert len(errors.strip().splitlines()) == 1
 
 
-def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+@pytest.mark.parametrize('unbuffered', ['', '1'])
+def test_a_reader_that_goes_away_is_no_error(unbuffered: str, tmp_path: Path) -> None:
     command = [sys.executable, '-m', 'goalreach_bringup.cli', 'train']
     train = subprocess.Popen(
         [*command, '--out', str(tmp_path / 'policy.json')],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env={**os.environ, 'PYTHONUNBUFFERED': unbuffered},
     )
     assert train.stdout is not None
     assert train.stderr is not None

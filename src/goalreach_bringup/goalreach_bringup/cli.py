@@ -82,7 +82,8 @@ def _run_command(name: str, arguments: Sequence[str]) -> int:
     command.configure(parser)
     options = parser.parse_args(arguments)
     try:
-        return int(command.execute(options))
+        status = int(command.execute(options))
+        sys.stdout.flush()  # or a reader that has gone is noticed only when the interpreter ends
     except GoalreachError as error:
         sys.stderr.write(f'{_PROGRAM} {name}: {error}\n')
         return error.status
@@ -92,6 +93,7 @@ def _run_command(name: str, arguments: Sequence[str]) -> int:
         return 128 + signal.SIGPIPE
     except KeyboardInterrupt:
         return _STATUS_INTERRUPTED
+    return status
 
 
 if __name__ == '__main__':
