@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
+import shutil
 import signal
 import statistics
 import tempfile
@@ -163,9 +164,11 @@ def processor_row(folder: Path, images: int, rounds: int) -> BenchRow:
     took: dict[str, list[float]] = {'ours': [], 'rosbags': []}
     for number in range(rounds):
         for name, write in (('ours', _write_ours), ('rosbags', _write_rosbags)):
+            bag = folder / f'{name}-{number}'
             began_s = time.process_time()
-            write(folder / f'{name}-{number}', 'mcap', data, images)
+            write(bag, 'mcap', data, images)
             took[name].append((time.process_time() - began_s) / images * 1e6)
+            shutil.rmtree(bag)
     return BenchRow(
         name='recording an image of 640 x 480, MCAP, processor time',
         unit='us',

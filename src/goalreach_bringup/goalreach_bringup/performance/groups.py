@@ -101,15 +101,17 @@ Turn about on the same images, those that hold all three LEDs: ours, OpenCV's Si
 with solveP3P, scipy's least squares on our spots, filterpy's extended Kalman filter on our
 windows. The last has three states and takes the brightest light of a window for its LED; ours has
 18, tells LEDs from other lights, checks its input and itself, and aims the head, all of which is
-in its time. [LOCALIZATION.md](LOCALIZATION.md) holds the errors of each against one another.""",
+in its time. [LOCALIZATION.md](LOCALIZATION.md) holds the errors of each against one another, and
+the time of an acquisition.""",
         profile="""\
-an acquisition searches the whole image for spots and tries every naming of them.""",
+products of small matrices of 18 states, and what numpy and Python need around each.""",
     ),
     'recording': Group(
         source='core_rows.recording_rows',
         title='Recording',
         text="""\
-Processor time of the writer, on the same images as the writer of the package rosbags.""",
+Processor time of the writer, on the same images as the writer of the package rosbags, in a process
+that does nothing else.""",
     ),
     'evaluation': Group(
         source='core_rows.evaluation_rows',
