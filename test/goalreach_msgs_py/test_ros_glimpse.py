@@ -165,13 +165,13 @@ def test_what_is_left_is_shown_when_no_more_is_said(speaker: Speaker) -> None:
     assert len(speaker.glimpses) == 1, 'nothing new was said'
 
 
-def test_pictures_come_half_as_often_and_where_they_are_wanted(speaker: Speaker) -> None:
+def test_pictures_come_a_third_as_often_and_where_they_are_wanted(speaker: Speaker) -> None:
     speaker.watch(pictures=True)
     for stamp_ns in range(1, 9):
         speaker.answer_in_the_next_instant(stamp_ns)
         speaker.turn_until(lambda: len(speaker.glimpses) == stamp_ns)  # noqa: B023 - called now
-    speaker.turn_until(lambda: len(speaker.pictures) == 4)
-    assert speaker.pictures == [picture(stamp_ns) for stamp_ns in (1, 3, 5, 7)]
+    speaker.turn_until(lambda: len(speaker.pictures) == 3)
+    assert speaker.pictures == [picture(stamp_ns) for stamp_ns in (1, 4, 7)]
 
 
 def test_nothing_is_kept_or_shown_while_nobody_looks(speaker: Speaker) -> None:

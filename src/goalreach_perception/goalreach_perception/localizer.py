@@ -60,7 +60,7 @@ class LandmarkLocalizer:
         self._head = HeadTracker(config.head)
         self._watch = PoseWatch(config.watch)
         self._acquisition = Acquisition(config, self._filter)
-        self._counts = dict.fromkeys(LocalizerCounters.__dataclass_fields__, 0)
+        self._counts = dict.fromkeys(LocalizerCounters._fields, 0)
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None

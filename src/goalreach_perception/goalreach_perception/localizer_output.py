@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from goalreach_perception.landmark_tracking import SeenLeds
 __all__ = ['LocalizerCounters', 'LocalizerOutput', 'anywhere', 'observations']
 
 
-@dataclass(frozen=True, kw_only=True)
-class LocalizerCounters:
+class LocalizerCounters(NamedTuple):
     """What happened since the start.
 
     Attributes:
@@ -36,8 +35,7 @@ class LocalizerCounters:
     contradicted: int = 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class LocalizerOutput:
+class LocalizerOutput(NamedTuple):
     """What one image led to.
 
     Attributes:
@@ -61,7 +59,7 @@ class LocalizerOutput:
     @property
     def diagnostics(self) -> dict[str, object]:
         """Mode, reason and counters by name, for people."""
-        return {'mode': self.mode, 'reason': self.reason, **asdict(self.counters)}
+        return {'mode': self.mode, 'reason': self.reason, **self.counters._asdict()}
 
 
 def anywhere(width_m: float, length_m: float) -> PoseEstimate:
