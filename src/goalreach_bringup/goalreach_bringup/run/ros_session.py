@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 import time
 from typing import Any
@@ -192,7 +193,8 @@ class RunSession:
         return bool(total) and len(self._results) + self._unheard >= total
 
     def _on_path(self, result: PathResult) -> None:
-        self._results.append(result)
+        """Keep and tell a result; where it drove only for a summary, or hours would add up."""
+        self._results.append(result if self._options.summary else replace(result, trace=()))
         self._report.path(result)
 
     def _tell(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
