@@ -13,6 +13,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from goalreach_bringup.bags.recording import TICK_TOPICS
 from goalreach_bringup.dashboard.page_state import CameraPicture, PageState
 from goalreach_bringup.dashboard.ros_listener import Listener
 from goalreach_msgs_py import topics
@@ -23,19 +24,7 @@ from spoken_graph import PERIOD_NS, SpokenGraph, odometry_at, pose_at
 
 SECOND: Final = 25
 TURNS: Final = 2000
-EACH_TICK: Final = (
-    topics.CLOCK,
-    topics.GROUND_TRUTH,
-    topics.ODOM,
-    topics.JOINT_STATES,
-    topics.BUMPERS,
-    topics.CAMERA_INFO,
-    topics.POSE,
-    topics.HEAD_COMMAND,
-    topics.LANDMARKS,
-    topics.STATE,
-    topics.CMD_VEL,
-)
+EACH_TICK: Final = tuple(topic for topic in TICK_TOPICS if topic != topics.IMAGE)
 
 
 class Onlooker:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 from typing import Any, Final
+
+from goalreach_msgs_py import cdr
 
 __all__ = ['begins_with_stamp', 'stamp_of']
 
-_ENCAPSULATION: Final = 4
-_STAMP: Final = 8
-_NS_PER_S: Final = 1_000_000_000
 _CLOCK: Final = 'rosgraph_msgs/msg/Clock'
 
 
@@ -32,8 +30,7 @@ def stamp_of(data: bytes) -> int:
     Raises:
         ValueError: The message is too short.
     """
-    if len(data) < _ENCAPSULATION + _STAMP:
+    stamp_ns = cdr.stamp_of(data)
+    if stamp_ns is None:
         raise ValueError('too short for a stamp')
-    form = '<iI' if data[1] & 1 else '>iI'
-    seconds, nanoseconds = struct.unpack_from(form, data, _ENCAPSULATION)
-    return int(seconds) * _NS_PER_S + int(nanoseconds)
+    return stamp_ns

@@ -84,7 +84,7 @@ class CameraLook:
         if not watched:
             return None
         if self._tap is None:
-            note = _not_noted if glimpsed else self._note
+            note = None if glimpsed else self._note  # glimpses tell how many there were
             self._tap = Tap(self._node, Image, topic, note=note, raw=True)
             self._topic = topic
         self._take(self._tap)
@@ -116,7 +116,3 @@ class CameraLook:
             landmarks=() if landmarks is None else landmarks_from_raw(landmarks),
             stamp_ns=stamp_ns,
         )
-
-
-def _not_noted(_topic: str, _number: int) -> None:
-    """Leave images uncounted: the robot tells how many there were."""

@@ -68,9 +68,8 @@ class NodeTap:
         self._sources = sources
         self._note = note
         self._topic = glimpse_topic(f'/{name}')
-        self._glimpses = Tap(
-            node, UInt8MultiArray, self._topic, note=_not_noted, depth=_DEPTH, raw=True
-        )
+        # Uncounted: what glimpses hold counts.
+        self._glimpses = Tap(node, UInt8MultiArray, self._topic, depth=_DEPTH, raw=True)
         self._glimpsed = False
         self._held: set[str] | None = None
         self._plain: dict[str, Tap] = {}
@@ -137,7 +136,3 @@ class NodeTap:
                 depth=each.depth,
                 raw=True,
             )
-
-
-def _not_noted(_topic: str, _number: int) -> None:
-    """Leave glimpses uncounted: what they hold counts."""

@@ -26,8 +26,8 @@ class Tap:
         depth: How many messages are kept.
         reliable: Whether none may be lost on the way.
         latched: Whether what was sent before counts.
-        raw: Whether messages are only counted, not converted.
-        note: Called with the topic and each message's sequence number.
+        raw: Whether messages are left in bytes, not converted.
+        note: Called with the topic and each message's sequence number; None where nobody counts.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Tap:
         message_type: type[Any],
         topic: str,
         *,
-        note: Callable[[str, int], None],
+        note: Callable[[str, int], None] | None = None,
         depth: int = 1,
         reliable: bool = False,
         latched: bool = False,
@@ -71,7 +71,8 @@ class Tap:
                 message, info = taken
                 self._taken += 1
                 number = info.get('publication_sequence_number') or self._taken
-                self._note(self._topic, number)
+                if self._note is not None:
+                    self._note(self._topic, number)
                 messages.append(message)
 
     def close(self) -> None:

@@ -10,13 +10,13 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Final
+from typing import Any, Final
 
 from goalreach_bringup.faults.proc_file import find_child
 from goalreach_bringup.run.plan import NODES
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['Stack', 'goalreach_command']
+__all__ = ['Stack', 'goalreach_command', 'wait_or_kill']
 
 _END_S: Final = 20.0
 
@@ -24,6 +24,17 @@ _END_S: Final = 20.0
 def goalreach_command(*words: str) -> list[str]:
     """Return the command line of one of our commands."""
     return [sys.executable, '-m', 'goalreach_bringup.cli', *words]
+
+
+def wait_or_kill(process: subprocess.Popen[Any], limit_s: float) -> bool:
+    """Wait for the end of a process that was asked to end; return whether it did by itself."""
+    try:
+        process.wait(limit_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        return False
+    return True
 
 
 class Stack:
@@ -104,11 +115,7 @@ class Stack:
             self.send(node, signal.SIGCONT)
         if self.alive:
             self._process.send_signal(number)
-        try:
-            self._process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        if not wait_or_kill(self._process, _END_S):
             return False
         self._reader.join(1.0)
         return True

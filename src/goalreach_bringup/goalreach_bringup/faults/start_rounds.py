@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from goalreach_bringup.faults.proc_file import processes_with
-from goalreach_bringup.faults.stack import goalreach_command
+from goalreach_bringup.faults.stack import goalreach_command, wait_or_kill
 from goalreach_bringup.run.shared_memory_file import SHARED_MEMORY, abandoned_files
 
 __all__ = ['Round', 'fast_dds_files', 'run_rounds']
@@ -115,12 +115,7 @@ def _round(
             time.sleep(rng.uniform(0.0, 0.3))
         if process.poll() is None:
             process.send_signal(number)
-        try:
-            process.wait(_GONE_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-            drove = False
+        drove &= wait_or_kill(process, _GONE_S)
     said = log.read_text(encoding='utf-8', errors='replace')
     return drove, '' if drove else said
 

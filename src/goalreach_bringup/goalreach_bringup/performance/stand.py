@@ -13,7 +13,7 @@ import tempfile
 import time
 from typing import Any, Final
 
-from goalreach_bringup.faults.stack import Stack
+from goalreach_bringup.faults.stack import Stack, wait_or_kill
 from goalreach_bringup.run.domain_lock_file import free_domains
 from goalreach_bringup.run.environment import graph_environment
 from goalreach_bringup.run.plan import NODES
@@ -143,10 +143,6 @@ class Probe:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    try:
-        process.wait(_END_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+    wait_or_kill(process, _END_S)
     if process.stdout:
         process.stdout.close()

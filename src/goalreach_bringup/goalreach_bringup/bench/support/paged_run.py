@@ -17,7 +17,7 @@ from typing import Final
 
 from goalreach_bringup.bench.support.ros_run_clock import RunClock
 from goalreach_bringup.faults.proc_file import descendants_of, processor_s
-from goalreach_bringup.faults.stack import Stack, goalreach_command
+from goalreach_bringup.faults.stack import Stack, goalreach_command, wait_or_kill
 from goalreach_bringup.run.domain_lock_file import free_domains
 from goalreach_msgs_py.errors import GoalreachError
 
@@ -126,11 +126,7 @@ def live_page(run: PagedRun) -> Iterator[LivePage]:
         yield LivePage(pid=process.pid, url=_link(process))
     finally:
         process.send_signal(signal.SIGINT)
-        try:
-            process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        wait_or_kill(process, _END_S)
 
 
 def _link(process: subprocess.Popen[str]) -> str:

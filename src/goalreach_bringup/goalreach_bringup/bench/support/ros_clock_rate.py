@@ -19,6 +19,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
+from goalreach_bringup.faults.stack import wait_or_kill
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
@@ -121,11 +122,7 @@ def _read(process: subprocess.Popen[str], words: list[tuple[float, float]]) -> N
 
 def _end(process: subprocess.Popen[str]) -> None:
     process.terminate()
-    try:
-        process.wait(_END_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+    wait_or_kill(process, _END_S)
 
 
 def _rate(

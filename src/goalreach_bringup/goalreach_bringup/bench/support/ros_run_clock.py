@@ -35,7 +35,7 @@ class RunClock:
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self._node = Node('run_clock', context=self._context, enable_rosout=False)
-        self._tap = Tap(self._node, Clock, CLOCK, note=lambda _topic, _number: None)
+        self._tap = Tap(self._node, Clock, CLOCK)
         self._now_s = 0.0
 
     def now_s(self) -> float:
