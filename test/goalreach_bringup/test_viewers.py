@@ -81,3 +81,5 @@ def test_foxglove_names_topics_of_the_graph() -> None:
     found = {path.partition('.')[0] for path in topic_paths(foxglove_layout()['configById'])}
     assert found <= NAMES
     assert {topics.IMAGE, topics.POSE, topics.MARKERS, topics.STATE} <= found
+    image = foxglove_layout()['configById']['Image!camera']['imageMode']
+    assert image['annotations'] == {topics.LANDMARK_MARKERS: {'visible': True}}

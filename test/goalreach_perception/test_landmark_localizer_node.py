@@ -2,14 +2,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 import math
+import time
 from typing import Any
 
+from geometry_msgs.msg import PolygonStamped
 import numpy as np
 import pytest
 import rclpy
-from rclpy.serialization import serialize_message
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message, serialize_message
+from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg
+from goalreach_msgs_py.ros_estimate_messages import landmarks_from_msg
+from goalreach_msgs_py.ros_qos import RELIABLE_QOS
 from goalreach_msgs_py.ros_raw_estimates import estimate_from_raw
 from goalreach_msgs_py.ros_sensor_messages import (
     camera_to_msg,
@@ -17,7 +24,7 @@ from goalreach_msgs_py.ros_sensor_messages import (
     image_to_msg,
     odometry_to_msg,
 )
-from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, ODOM
+from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, LANDMARK_MARKERS, ODOM
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
 from graphs import fresh_domain
@@ -134,3 +141,33 @@ def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> No
         bench.hand(messages)
     assert len(bench.pose.sent) == said
     assert bench.node._inputs.missing[ODOM] > 0
+
+
+def test_viewers_get_a_dot_for_each_led_seen(bench: Bench) -> None:
+    seen = Publisher()
+    bench.node._landmarks = seen
+    heard: list[ImageMarker] = []
+    viewer = Node('viewer', enable_rosout=False)
+    viewer.create_subscription(ImageMarker, LANDMARK_MARKERS, heard.append, RELIABLE_QOS)
+    executor = SingleThreadedExecutor()
+    executor.add_node(viewer)
+    try:
+        deadline_s = time.monotonic() + 10.0
+        while not bench.node._markers.get_subscription_count() and time.monotonic() < deadline_s:
+            executor.spin_once(timeout_sec=0.05)
+        for _ in range(3):
+            bench.hand(bench.messages()[1])
+        while len(heard) < len(seen.sent) and time.monotonic() < deadline_s:
+            executor.spin_once(timeout_sec=0.05)
+    finally:
+        executor.shutdown()
+        viewer.destroy_node()
+    assert len(heard) == len(seen.sent) == 3
+    for marker, raw in zip(heard, seen.sent, strict=True):
+        message = deserialize_message(raw, PolygonStamped)
+        leds = [led for led in landmarks_from_msg(message) if led is not None]
+        assert marker.header == message.header
+        assert [(dot.x, dot.y) for dot in marker.points] == [
+            (pytest.approx(led.u_px, abs=1e-3), pytest.approx(led.v_px, abs=1e-3)) for led in leds
+        ]
+        assert len(marker.outline_colors) == len(leds) > 0

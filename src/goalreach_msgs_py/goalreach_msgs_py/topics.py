@@ -20,6 +20,7 @@ __all__ = [
     'JOINT_STATES',
     'JUDGED',
     'LANDMARKS',
+    'LANDMARK_MARKERS',
     'MAP_FRAME',
     'MARKERS',
     'ODOM',
@@ -46,6 +47,7 @@ GROUND_TRUTH: Final = '/ground_truth/odom'
 MARKERS: Final = '/arena/markers'
 POSE: Final = '/pose'
 LANDMARKS: Final = '/landmarks'
+LANDMARK_MARKERS: Final = '/landmarks/markers'
 HEAD_COMMAND: Final = '/head/command'
 STATE: Final = '/state'
 CMD_VEL: Final = '/cmd_vel'

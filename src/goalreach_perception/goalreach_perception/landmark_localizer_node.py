@@ -9,6 +9,7 @@ from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, JointState
+from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.ros_common_messages import MessageError
@@ -36,11 +37,13 @@ from goalreach_msgs_py.topics import (
     HEAD_COMMAND,
     IMAGE,
     JOINT_STATES,
+    LANDMARK_MARKERS,
     LANDMARKS,
     ODOM,
     POSE,
 )
 from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig, LocalizerOutput
+from goalreach_perception.ros_image_markers import image_markers
 from goalreach_perception.sensor_watch import SensorWatch
 
 __all__ = ['LandmarkLocalizerNode', 'main']
@@ -56,9 +59,10 @@ _SHOWN_LANDMARKS = 100
 class LandmarkLocalizerNode(Node):
     """Adapter of one `LandmarkLocalizer`.
 
-    Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image;
-    `/diagnostics`, `/_glimpse/landmark_localizer` (see `Glimpse`), and `/tf` (map to odom) where
-    tf2_msgs is installed.
+    Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image, and
+    `/landmarks/markers` where somebody subscribes to it; `/diagnostics`,
+    `/_glimpse/landmark_localizer` (see `Glimpse`), and `/tf` (map to odom) where tf2_msgs is
+    installed.
     Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
     stamp when all four of it are there.
     Parameters: the fields of `LocalizerConfig`; `noise.*` may change while it runs, and the
@@ -82,6 +86,7 @@ class LandmarkLocalizerNode(Node):
         self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
         self._landmarks = self.create_publisher(PolygonStamped, LANDMARKS, RELIABLE_QOS)
         self._head = self.create_publisher(JointState, HEAD_COMMAND, RELIABLE_QOS)
+        self._markers = self.create_publisher(ImageMarker, LANDMARK_MARKERS, RELIABLE_QOS)
         for message_type, topic, qos in (
             (Image, IMAGE, SENSOR_QOS),
             (CameraInfo, CAMERA_INFO, SENSOR_QOS),
@@ -138,6 +143,8 @@ class LandmarkLocalizerNode(Node):
         self._outbox.send(self._head, head_to_raw(output.head_command, stamp_ns))
         self._outbox.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
         self._outbox.close()
+        if self._markers.get_subscription_count():
+            self._markers.publish(image_markers(output.landmarks, stamp_ns))
         self._diagnostics.tick(
             stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
         )
