@@ -17,7 +17,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header, UInt8MultiArray
 
 from goalreach_msgs_py import ros_glimpse
-from goalreach_msgs_py.ros_glimpse import GLIMPSES_PER_S, Glimpse
+from goalreach_msgs_py.ros_glimpse import GLIMPSES_PER_S, Glimpse, next_look_s
 from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_raw_camera import image_to_raw
@@ -165,13 +165,13 @@ def test_what_is_left_is_shown_when_no_more_is_said(speaker: Speaker) -> None:
     assert len(speaker.glimpses) == 1, 'nothing new was said'
 
 
-def test_pictures_come_a_third_as_often_and_where_they_are_wanted(speaker: Speaker) -> None:
+def test_pictures_come_half_as_often_and_where_they_are_wanted(speaker: Speaker) -> None:
     speaker.watch(pictures=True)
     for stamp_ns in range(1, 9):
         speaker.answer_in_the_next_instant(stamp_ns)
         speaker.turn_until(lambda: len(speaker.glimpses) == stamp_ns)  # noqa: B023 - called now
-    speaker.turn_until(lambda: len(speaker.pictures) == 3)
-    assert speaker.pictures == [picture(stamp_ns) for stamp_ns in (1, 4, 7)]
+    speaker.turn_until(lambda: len(speaker.pictures) == 4)
+    assert speaker.pictures == [picture(stamp_ns) for stamp_ns in (1, 3, 5, 7)]
 
 
 def test_nothing_is_kept_or_shown_while_nobody_looks(speaker: Speaker) -> None:
@@ -196,3 +196,13 @@ def test_counting_begins_anew_when_all_have_gone(speaker: Speaker) -> None:
     speaker.answer_in_the_next_instant(5)
     speaker.turn_until(lambda: len(speaker.glimpses) == 2)
     assert speaker.glimpses[1][0] == ('/every', 1, clock_to_raw(5))
+
+
+def test_whoever_looks_when_told_finds_one_glimpse_each_time() -> None:
+    looks = [next_look_s(0.0)]
+    for _ in range(100):
+        looks.append(next_look_s(looks[-1] + 0.003))
+    instants = [int(look_s * GLIMPSES_PER_S) for look_s in looks]
+    assert instants == list(range(101))
+    late_s = [look_s - int(look_s * GLIMPSES_PER_S) / GLIMPSES_PER_S for look_s in looks]
+    assert min(late_s) > 0.04  # in real time an answer comes so long after an instant at most

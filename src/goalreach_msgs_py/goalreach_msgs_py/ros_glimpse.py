@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+import math
 import time
 from typing import Any, Final
 
@@ -22,14 +23,28 @@ from goalreach_msgs_py.ros_qos import SENSOR_QOS
 from goalreach_msgs_py.ros_raw_glimpse import Glimpsed, glimpse_to_raw
 from goalreach_msgs_py.topics import glimpse_topic, picture_topic
 
-__all__ = ['GLIMPSES_PER_S', 'Glimpse']
+__all__ = ['GLIMPSES_PER_S', 'Glimpse', 'next_look_s']
 
-GLIMPSES_PER_S: Final = 30
-"""More than pages show pictures, 20, or some would find nothing new; and in real time each of 25
-answers is the first after some instant. Chosen."""
-_GLIMPSES_PER_PICTURE: Final = 3
+GLIMPSES_PER_S: Final = 20
+"""As often as pages show pictures: who looks on can look between the instants of `next_look_s`.
+Chosen."""
+_GLIMPSES_PER_PICTURE: Final = 2
 _PERIODS_TO_SETTLE: Final = 5
 """A simulation that stands still ends no answer."""
+
+
+_LOOK: Final = 0.96
+"""When to look, in periods after an instant: all have spoken by then, in real time too, where an
+answer comes every 40 ms, and none is at the next instant yet. Chosen."""
+
+
+def next_look_s(now_s: float) -> float:
+    """Return when to look at glimpses next, so that each look finds one.
+
+    Args:
+        now_s: Time of the monotonic clock, which all processes of a machine share.
+    """
+    return (math.floor(now_s * GLIMPSES_PER_S - _LOOK) + 1 + _LOOK) / GLIMPSES_PER_S
 
 
 class _Said:
@@ -49,7 +64,7 @@ class _Said:
 
 
 class Glimpse:
-    """Shows what a node said, at most 30 times a second of the wall clock.
+    """Shows what a node said, at most 20 times a second of the wall clock.
 
     All nodes show the first answer after the same instants, so that what they show belongs
     together. While nobody subscribes nothing is kept, and whether somebody does is looked up as
@@ -59,7 +74,7 @@ class Glimpse:
         node: The node.
         history: By topic, how many of its messages since the last glimpse are shown; where a topic
             is not named, its last.
-        picture: Topic of images, which are counted here; every third glimpse, the last one is
+        picture: Topic of images, which are counted here; every other glimpse, the last one is
             shown on a topic of its own.
     """
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
+from itertools import pairwise
 import os
 import statistics
 import sys
@@ -31,9 +32,9 @@ _WORDS: Final = {'composed': ['--composed'], 'processes': []}
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the suite's options."""
     add = parser.add_argument
-    add('--seconds', type=float, default=10.0, metavar='F', help='length of each look')
+    add('--seconds', type=float, default=6.0, metavar='F', help='length of each look')
     add('--browsers', type=int, nargs='*', default=[0, 1, 3], metavar='N', help='open at once')
-    add('--rounds', type=int, default=5, metavar='N', help='pairs without and with the page')
+    add('--rounds', type=int, default=11, metavar='N', help='looks with the page')
     add('--clients', type=int, default=3, metavar='N', help='open meanwhile; they paint nothing')
     add(
         '--nodes',
@@ -120,21 +121,19 @@ def _lockstep(options: argparse.Namespace, nodes: str) -> list[BenchRow]:
     from goalreach_bringup.bench.support.paged_run import paged_run
 
     words = ['--clock', 'lockstep', '--seed', str(options.seed), *_WORDS[nodes]]
-    without: list[Look] = []
     paged: list[Look] = []
     rates: list[float] = []
     with paged_run(words) as run:
+        without = [_alone(run, options.seconds)]
         for number in range(options.rounds):
-            for with_page in (False, True) if number % 2 == 0 else (True, False):
-                if with_page:
-                    seen, rate = _with_clients(run, options)
-                    paged.append(seen)
-                    rates.append(rate)
-                else:
-                    without.append(_alone(run, options.seconds))
+            seen, rate = _with_clients(run, options)
+            paged.append(seen)
+            rates.append(rate)
+            without.append(_alone(run, options.seconds))
             _tell(
-                f'{nodes}, pair {number + 1}: {without[-1].speed:.2f} without, '
-                f'{paged[-1].speed:.2f} with the page, load {paged[-1].load:.1f}'
+                f'{nodes}, round {number + 1}: {seen.speed:.2f} x real time with the page, '
+                f'{without[-2].speed:.2f} before, {without[-1].speed:.2f} after; '
+                f'load {seen.load:.1f}'
             )
     return _compared(f'lockstep, {nodes}', without, paged, rates, options.clients)
 
@@ -163,8 +162,9 @@ def _with_clients(run: PagedRun, options: argparse.Namespace) -> tuple[Look, flo
 def _compared(
     name: str, without: Sequence[Look], paged: Sequence[Look], rates: Sequence[float], clients: int
 ) -> list[BenchRow]:
-    pairs = [late.speed / early.speed for early, late in zip(without, paged, strict=True)]
-    spread = ', '.join(f'{pair:.3f}' for pair in pairs)
+    around = [(early.speed + late.speed) / 2.0 for early, late in pairwise(without)]
+    shares = [look.speed / base for look, base in zip(paged, around, strict=True)]
+    spread = ', '.join(f'{share:.3f}' for share in sorted(shares))
     speeds = [[look.speed for look in looks] for looks in (paged, without)]
     work = [[look.used_s[0] / look.clock_s for look in looks] for looks in (paged, without)]
     opened = f'{clients} clients that paint nothing, {min(rates):.1f} pictures a second'
@@ -180,11 +180,14 @@ def _compared(
             name=f'{name}: speed of the run with its page',
             unit='x real time',
             ours=statistics.median(speeds[0]),
-            reference=statistics.median(speeds[0]) / statistics.median(pairs),
+            reference=statistics.median(speeds[0]) / statistics.median(shares),
             reference_name='without',
             goal=_SPEED,
-            n=len(pairs),
-            note=f'by turns; ratio: median of the pairs {spread}; {_surroundings(paged[-1])}',
+            n=len(shares),
+            note=(
+                'each by the mean of before and after; ratio: median of '
+                f'{spread}; {_surroundings(paged[-1])}'
+            ),
         ),
         BenchRow(
             name=f'{name}: processor time of the run in a simulated second',
@@ -192,7 +195,7 @@ def _compared(
             ours=statistics.median(work[0]),
             reference=statistics.median(work[1]),
             reference_name='without',
-            n=len(pairs),
+            n=len(shares),
             note='what the page costs the run itself, whatever else the machine does',
         ),
     ]

@@ -7,7 +7,7 @@ import time
 from typing import Final
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -20,10 +20,10 @@ from goalreach_bringup.dashboard.ros_steering import Steering
 from goalreach_bringup.dashboard.summary_view import run_status
 from goalreach_bringup.run.plan import CONTROLLER, ROBOT
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.ros_glimpse import next_look_s
 
 __all__ = ['GraphSide']
 
-_PERIOD_S: Final = 0.05
 _UNWATCHED_S: Final = 0.2
 """Between two looks while no page is open: the counters must go on, and no more."""
 
@@ -47,7 +47,7 @@ class GraphSide:
         self._listener = Listener(self._ears, self.state)
         self._questions = Questions(self._mouth, self.state)
         self._steering = Steering(self._mouth, self.state) if steers else None
-        self._executor = SingleThreadedExecutor()
+        self._executor = EventsExecutor()
         self._executor.add_node(self._mouth)
 
     def run(self, goes_on: Callable[[], bool]) -> None:
@@ -58,8 +58,7 @@ class GraphSide:
             if now_s < due_s:
                 self._executor.spin_once(timeout_sec=due_s - now_s)
                 continue
-            period_s = _PERIOD_S if self._board.viewers else _UNWATCHED_S
-            due_s = max(due_s + period_s, now_s)
+            due_s = next_look_s(now_s) if self._board.viewers else now_s + _UNWATCHED_S
             self._tick(now_s)
 
     def _tick(self, now_s: float) -> None:

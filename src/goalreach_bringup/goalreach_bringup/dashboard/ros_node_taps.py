@@ -1,6 +1,6 @@
 """What one node says: by its glimpses, or by the topics that these do not hold.
 
-Nodes of goalreach show what they say 30 times a second, which costs them next to nothing. Those
+Nodes of goalreach show what they say 20 times a second, which costs them next to nothing. Those
 of others, and bags, do not; and a topic may be remapped, and come from somewhere else. There the
 topics themselves are listened to.
 """
