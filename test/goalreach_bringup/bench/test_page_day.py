@@ -44,6 +44,14 @@ def test_what_grows_is_told() -> None:
     assert row.met is False
 
 
+def test_garbage_is_not_held() -> None:
+    minutes = day(lambda _: 100.0)
+    for number, minute in enumerate(minutes):
+        minute['nodes'] += 300 if number % 4 else 0
+    (row,) = [row for row in rows_of(minutes) if 'nodes' in row.name]
+    assert row.ours == row.reference == 950
+
+
 def test_warming_up_does_not_count() -> None:
     assert rows_of(day(lambda minute: 50.0 if minute < 2 else 100.0))[0].ratio == 1.0
     assert rows_of(day(lambda _: 100.0, minutes=1)) == []

@@ -1,8 +1,10 @@
 """What grows is found, and what merely comes and goes is not."""
 
+from dataclasses import replace
+
 import pytest
 
-from goalreach_bringup.faults.growth import Sample, growths
+from goalreach_bringup.faults.growth import Sample, files_gained, growths
 from goalreach_bringup.faults.proc_file import Holdings
 
 
@@ -42,15 +44,25 @@ def test_one_moment_of_much_work_is_no_growth() -> None:
     assert one.memory_share == 0.0
 
 
-def test_processes_that_came_late_or_went_are_left_out() -> None:
-    whole = samples(1, [100.0] * 100)
-    late = samples(2, [100.0] * 40, first_s=600.0)
-    gone = samples(3, [100.0] * 50)
-    assert len(growths([*whole, *late, *gone], 100.0)) == 1
+def test_of_each_process_the_longest_life_is_compared() -> None:
+    killed = samples(1, [100.0 + k for k in range(40)])
+    restarted = samples(2, [100.0] * 60, first_s=400.0)
+    brief = samples(3, [100.0] * 15, name='spare')
+    (one,) = growths([*killed, *restarted, *brief], 100.0)
+    assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 50)
+
+
+def test_files_are_counted_whosever_they_are() -> None:
+    each = samples(1, [100.0] * 100)
+    flat = [replace(one, present_files=12) for one in each]
+    assert files_gained(flat, 100.0) == 0.0
+    grown = [replace(one, present_files=12 + k // 30) for k, one in enumerate(each)]
+    assert files_gained(grown, 100.0) == 3.0
+    assert files_gained([], 100.0) == 0.0
 
 
 def test_a_spare_that_became_a_node_is_compared_from_then_on() -> None:
     waiting = samples(1, [40.0] * 5, name='spare')
     driving = samples(1, [100.0] * 95, first_s=50.0)
-    (one,) = growths([*waiting, *driving], 0.0)
-    assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 95)
+    (one,) = growths([*waiting, *driving], 100.0)
+    assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 85)

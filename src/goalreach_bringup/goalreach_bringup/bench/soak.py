@@ -34,10 +34,9 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused, or the stack does not go on.
     """
-    from goalreach_bringup.faults.growth import growths
+    from goalreach_bringup.faults.growth import files_gained, growths
     from goalreach_bringup.faults.ros_soak import drive_for_hours
     from goalreach_bringup.run.domain_lock_file import free_domains
-    from goalreach_bringup.run.shared_memory_file import abandoned_files
     from goalreach_msgs_py.errors import ConfigurationError
 
     if not 0.0 < options.hours <= 1000.0:  # noqa: PLR2004 - 24 h a day
@@ -61,11 +60,10 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     driven_h = max((sample.clock_s for sample in samples), default=0.0) / 3600.0
     settled_s = min(_SETTLED_S, 0.25 * 3600.0 * options.hours)
     rows = [row for one in growths(samples, settled_s) for row in _rows(one)]
-    left = len(abandoned_files())
     return [
         BenchRow(name='faults', unit='', ours=len(faults), note=f'in {driven_h:.2f} h simulated'),
         *rows,
-        _flat('abandoned files in shared memory', left, len(samples)),
+        _flat('files in shared memory, gained', files_gained(samples, settled_s), len(samples)),
     ]
 
 

@@ -8,7 +8,7 @@ import statistics
 
 from goalreach_bringup.faults.proc_file import Holdings
 
-__all__ = ['Growth', 'Sample', 'growths']
+__all__ = ['Growth', 'Sample', 'files_gained', 'growths']
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,16 +19,18 @@ class Sample:
         pid: Process id.
         clock_s: Simulated time.
         holdings: What it held.
+        present_files: Files of Fast DDS in shared memory then, whosever they were.
     """
 
     pid: int
     clock_s: float
     holdings: Holdings
+    present_files: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Growth:
-    """What one process gained from the settled beginning to the end.
+    """What one process gained from its settled beginning to its end.
 
     Attributes:
         name: Which process.
@@ -52,40 +54,68 @@ class Growth:
 
 
 def growths(samples: Sequence[Sample], settled_s: float) -> list[Growth]:
-    """Return the growth of every process that lived from the settled beginning to the end.
+    """Return the growth of every process, of its longest life where it was killed or began anew.
 
     The beginning and the end are medians over a tenth of the samples in between, so that one
-    moment of much work decides nothing.
+    moment of much work decides nothing. A life that did not go on for as long after it had settled
+    is too short to tell.
 
     Args:
         samples: In the order taken.
-        settled_s: Simulated time from which on memory is compared.
+        settled_s: Simulated time from a process's first sample on after which it is compared.
     """
-    found = []
-    last_s = max((sample.clock_s for sample in samples), default=0.0)
+    longest: dict[str, list[Sample]] = {}
     # A spare process that became a node has begun anew: it is told apart by its name.
-    for life in dict.fromkeys((sample.pid, sample.holdings.name) for sample in samples):
-        settled = [s for s in samples if s.clock_s >= settled_s]
-        own = [s for s in settled if (s.pid, s.holdings.name) == life]
-        is_there = own and own[-1].clock_s >= 0.95 * last_s
-        if is_there and own[0].clock_s <= settled_s + 0.1 * (last_s - settled_s):
-            found.append(_growth(own))
-    return sorted(found, key=lambda growth: growth.name)
+    for pid, name in dict.fromkeys((sample.pid, sample.holdings.name) for sample in samples):
+        own = [one for one in samples if (one.pid, one.holdings.name) == (pid, name)]
+        settled = _settled(own, settled_s)
+        if len(settled) > len(longest.get(name, ())) and _span_s(settled) >= settled_s:
+            longest[name] = settled
+    return [_growth(longest[name]) for name in sorted(longest)]
+
+
+def files_gained(samples: Sequence[Sample], settled_s: float) -> float:
+    """Return how many files of Fast DDS there were more at the end than at the settled beginning.
+
+    Args:
+        samples: In the order taken.
+        settled_s: As in `growths`.
+    """
+    before, after = _ends(_settled(samples, settled_s))
+    return _gained([s.present_files for s in before], [s.present_files for s in after])
+
+
+def _settled(samples: Sequence[Sample], settled_s: float) -> list[Sample]:
+    return [one for one in samples if one.clock_s >= samples[0].clock_s + settled_s]
+
+
+def _span_s(samples: Sequence[Sample]) -> float:
+    return samples[-1].clock_s - samples[0].clock_s if samples else 0.0
+
+
+def _ends(samples: Sequence[Sample]) -> tuple[Sequence[Sample], Sequence[Sample]]:
+    part = max(1, len(samples) // 10)
+    return samples[:part], samples[-part:]
+
+
+def _gained(before: Sequence[float], after: Sequence[float]) -> float:
+    if not (before and after):
+        return 0.0
+    return statistics.median(after) - statistics.median(before)
 
 
 def _growth(own: Sequence[Sample]) -> Growth:
-    part = max(1, len(own) // 10)
-    before, after = own[:part], own[-part:]
+    before, after = _ends(own)
 
     def gained(name: str) -> float:
         values = [[float(getattr(s.holdings, name)) for s in some] for some in (before, after)]
-        return statistics.median(values[1]) - statistics.median(values[0])
+        return _gained(*values)
 
     memory_mb = statistics.median(s.holdings.memory_mb for s in before)
     return Growth(
         name=own[-1].holdings.name,
         samples=len(own),
-        span_s=own[-1].clock_s - own[0].clock_s,
+        span_s=_span_s(own),
         memory_share=gained('memory_mb') / memory_mb,
         memory_mb=own[-1].holdings.memory_mb,
         handles=gained('handles'),

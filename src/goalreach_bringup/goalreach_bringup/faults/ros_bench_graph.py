@@ -19,6 +19,7 @@ from goalreach_bringup.faults.judge import Record
 from goalreach_bringup.faults.ros_gates import Gates, gate_rules, watch_robot
 from goalreach_bringup.faults.stack import Stack
 from goalreach_bringup.run.environment import fast_dds_profile
+from goalreach_bringup.run.shared_memory_file import remove_abandoned
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 
@@ -131,8 +132,9 @@ class BenchGraph:
         self.stack = None
 
     def close(self) -> None:
-        """End all."""
+        """End all, and remove what killed nodes left that only this process still had mapped."""
         self.stop()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
+        remove_abandoned()

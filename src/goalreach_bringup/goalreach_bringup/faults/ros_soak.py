@@ -16,6 +16,7 @@ from goalreach_bringup.faults.kinds import KINDS, FaultKind
 from goalreach_bringup.faults.proc_file import children_of, holdings_of
 from goalreach_bringup.faults.ros_bench_graph import BenchGraph
 from goalreach_bringup.faults.ros_injector import Injector
+from goalreach_bringup.run.shared_memory_file import present_files
 from goalreach_msgs_py.errors import GoalreachError
 
 __all__ = ['drive_for_hours']
@@ -91,8 +92,14 @@ def _sample_for(graph: BenchGraph, seconds: float, keep: Callable[[Sample], None
         graph.serve(_SAMPLE_S)
         if not graph.serve_until(partial(_has_ticked, graph, before_ns), _STALLED_S):
             raise GoalreachError('the stack does not go on: ' + '; '.join(list(record.lines)[-5:]))
-        launcher = graph.running.pid
+        launcher, files = graph.running.pid, len(present_files())
         for pid in (launcher, *children_of(launcher)):
             holdings = holdings_of(pid)
             if holdings is not None:
-                keep(Sample(pid=pid, clock_s=record.clock_s, holdings=holdings))
+                sample = Sample(
+                    pid=pid,
+                    clock_s=record.clock_s,
+                    holdings=holdings,
+                    present_files=files,
+                )
+                keep(sample)

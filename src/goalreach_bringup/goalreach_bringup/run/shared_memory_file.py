@@ -10,7 +10,7 @@ import re
 import time
 from typing import Final
 
-__all__ = ['SHARED_MEMORY', 'abandoned_files', 'remove_abandoned']
+__all__ = ['SHARED_MEMORY', 'abandoned_files', 'present_files', 'remove_abandoned']
 
 SHARED_MEMORY: Final = Path('/dev/shm')  # noqa: S108 - where Linux and Fast DDS keep it
 _LOCK_SUFFIX: Final = '_el'
@@ -41,6 +41,11 @@ def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) 
         if all(_is_abandoned(path, young_s) for path in files):
             found += files
     return found
+
+
+def present_files(folder: Path = SHARED_MEMORY) -> list[Path]:
+    """Return all files of Fast DDS, of living processes and of dead ones."""
+    return [*folder.glob('fastrtps_*'), *folder.glob('sem.fastrtps_*')]
 
 
 def remove_abandoned(folder: Path = SHARED_MEMORY) -> int:
