@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 import os
 import platform
 from textwrap import wrap
@@ -13,7 +13,7 @@ from rich.text import Text
 
 from goalreach_bringup.bench.row import BenchRow
 
-__all__ = ['machine', 'rows_to_json', 'show_rows']
+__all__ = ['goals_met', 'machine', 'rows_to_json', 'show_rows']
 
 _INDENT: Final = '  '
 
@@ -21,6 +21,21 @@ _INDENT: Final = '  '
 def machine() -> str:
     """Return what machine this is, in one line."""
     return f'{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}'
+
+
+def goals_met(rows: Iterable[BenchRow]) -> str:
+    """Return how many rows met their goal, and those that did not as a list in Markdown."""
+    aimed = [row for row in rows if row.met is not None]
+    missed = [row for row in aimed if not row.met]
+    line = f'{len(aimed) - len(missed)} of {len(aimed)} goals are met.'
+    if not missed:
+        return line
+    return f'{line} Missed:\n\n' + '\n'.join(f'* {row.name}: {_judged(row)}' for row in missed)
+
+
+def _judged(row: BenchRow) -> str:
+    ratio = '' if row.ratio is None else f', ratio {row.ratio:.3g}'
+    return f'{row.ours:.3g} {row.unit}{ratio}, goal {row.goal}'
 
 
 def rows_to_json(rows: Sequence[BenchRow], *, seed: int) -> dict[str, Any]:

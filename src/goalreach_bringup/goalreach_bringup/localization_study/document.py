@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 import os
 from pathlib import Path
 import platform
 from typing import Any, Final
 
+from goalreach_bringup.bench.report import goals_met
 from goalreach_bringup.bench.row import BenchRow
 from goalreach_bringup.localization_study.figures import FIGURES
 from goalreach_bringup.localization_study.frame_log import FAR_NEES, WRONG_IN
@@ -104,7 +106,7 @@ def write_document(
     Raises:
         FileFormatError: It cannot be written.
     """
-    parts = [_introduction(seed), _missed(rows)]
+    parts = [_introduction(seed), goals_met(chain.from_iterable(rows.values()))]
     for part, (title, text) in _SECTIONS.items():
         if part in rows:
             command = f'`goalreach bench --seed {seed} localization --full --part {part}`'
@@ -123,16 +125,6 @@ measured one after the other (`--part`), and what is in DIR is not measured agai
 and room are simulated; the errors are those of the nominal noise model unless said otherwise,
 drawn anew for every robot. Measured on {platform.machine()} with Python
 {platform.python_version()}. 1 in = 0.0254 m."""
-
-
-def _missed(rows: Mapping[str, Sequence[BenchRow]]) -> str:
-    aimed = [row for part in rows.values() for row in part if row.met is not None]
-    missed = [row for row in aimed if not row.met]
-    line = f'{len(aimed) - len(missed)} of {len(aimed)} aims are met.'
-    if not missed:
-        return line
-    names = '\n'.join(f'* {row.name}: {_value(row)}, aim {row.goal}' for row in missed)
-    return f'{line} Not met:\n\n{names}'
 
 
 def _value(row: BenchRow) -> str:

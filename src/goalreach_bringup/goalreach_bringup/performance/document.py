@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 
-from goalreach_bringup.bench.report import machine
+from goalreach_bringup.bench.report import goals_met, machine
 from goalreach_bringup.bench.row import BenchRow
 from goalreach_bringup.performance.budget import Budget
 from goalreach_bringup.performance.groups import GROUPS
@@ -42,7 +43,7 @@ def write_document(path: Path, rows: Mapping[str, Sequence[BenchRow]], budget: B
     Raises:
         FileFormatError: It cannot be written.
     """
-    parts = [_introduction(budget), _overview(rows)]
+    parts = [_introduction(budget), goals_met(chain.from_iterable(rows.values()))]
     for name, found in rows.items():
         group = GROUPS[name]
         parts += [f'## {group.title}', group.text, _table(found)]
@@ -60,20 +61,6 @@ Written by `goalreach bench --seed {budget.seed}{scale} --out docs/PERFORMANCE.m
 comes from that command. Each row is our figure, what it is held against, measured in the same run
 on the same machine in turns, and their ratio; figures are medians, the spread is beside them.
 Measured on {machine()}. Absolute figures are those of that machine; ratios carry over."""
-
-
-def _overview(rows: Mapping[str, Sequence[BenchRow]]) -> str:
-    aimed = [row for group in rows.values() for row in group if row.met is not None]
-    missed = [row for row in aimed if not row.met]
-    line = f'{len(aimed) - len(missed)} of {len(aimed)} goals are met.'
-    if not missed:
-        return line
-    return f'{line} Missed:\n\n' + '\n'.join(f'* {row.name}: {_judged(row)}' for row in missed)
-
-
-def _judged(row: BenchRow) -> str:
-    ratio = '' if row.ratio is None else f', ratio {row.ratio:.3g}'
-    return f'{row.ours:.3g} {row.unit}{ratio}, goal {row.goal}'
 
 
 def _table(rows: Sequence[BenchRow]) -> str:
