@@ -113,8 +113,13 @@ class Page:
         self.driver.execute_script(_COUNT)
 
     def pictures(self) -> int:
-        """Return how many it has shown since then."""
-        return int(self.driver.execute_script(_COUNTED)[0])
+        """Return how many it has shown since then.
+
+        A script that the driver runs leaves a hundred bytes in the page's heap; this leaves none.
+        """
+        asked = {'expression': 'count.pictures', 'returnByValue': True}
+        answer = self.driver.execute_cdp_cmd('Runtime.evaluate', asked)
+        return int(answer['result']['value'])
 
     def pictures_per_s(self) -> float:
         """Return how many it has shown in a second since then."""
@@ -127,7 +132,6 @@ class Page:
 
     def holdings(self) -> dict[str, float]:
         """Return what the page's scripts hold: heap, MB, and nodes of documents."""
-        self.driver.execute_cdp_cmd('Performance.enable', {})
         metrics = self.driver.execute_cdp_cmd('Performance.getMetrics', {})['metrics']
         found = {metric['name']: float(metric['value']) for metric in metrics}
         return {'heap_mb': found['JSHeapUsedSize'] / 1e6, 'nodes': found['Nodes']}
@@ -162,6 +166,7 @@ def open_page(
         try:
             scheme = {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}
             driver.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': [scheme]})
+            driver.execute_cdp_cmd('Performance.enable', {})
             size = {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': False}
             driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
             driver.get(url)
