@@ -41,8 +41,9 @@ LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
 _SPIN_S = 0.25
 _DELIVERY_S = 0.5
 _TIDY_S = 10.0
-"""Between two returns of what is not needed, wall seconds. Chosen: to take the memory of an image
-from the kernel again costs less than a millisecond."""
+"""Between full collections, wall seconds. Only these give back the tuples that Python keeps for
+reuse, up to 2000 of each length, and a node whose objects all die by themselves never has one:
+over hours it would gain some megabytes. Chosen."""
 _DIAGNOSTICS_TICKS = 25
 _STATUS_BAD_CONFIGURATION = 2
 _PR_SET_PDEATHSIG = 1
@@ -152,26 +153,12 @@ def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
         while rclpy.ok() and not stop.requested:
             executor.spin_once(timeout_sec=_SPIN_S)
             if time.monotonic() > tidy_s:
-                _give_back()
+                gc.collect()
                 tidy_s = time.monotonic() + _TIDY_S
     except ExternalShutdownException:
         pass
     finally:
         executor.shutdown()
-
-
-def _give_back() -> None:
-    """Give back what Python and the allocator keep and nobody needs.
-
-    Python keeps the tuples that were freed, up to 2000 of each length, until a full collection,
-    and a node whose objects all die by themselves never has one; the allocator keeps what the
-    busiest moment took. Over hours that would look like a leak of some megabytes.
-    """
-    gc.collect()
-    if sys.platform.startswith('linux'):
-        trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
-        if trim is not None:
-            trim(0)
 
 
 class StopRequest:
