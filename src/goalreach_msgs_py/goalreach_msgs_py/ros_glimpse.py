@@ -31,8 +31,6 @@ Chosen."""
 _GLIMPSES_PER_PICTURE: Final = 2
 _PERIODS_TO_SETTLE: Final = 5
 """A simulation that stands still ends no answer."""
-
-
 _LOOK: Final = 0.96
 """When to look, in periods after an instant: all have spoken by then, in real time too, where an
 answer comes every 40 ms, and none is at the next instant yet. Chosen."""

@@ -17,9 +17,9 @@ import numpy as np
 
 from goalreach_bringup.faults.proc_file import processes_with
 from goalreach_bringup.faults.stack import goalreach_command, wait_or_kill
-from goalreach_bringup.run.shared_memory_file import SHARED_MEMORY, abandoned_files
+from goalreach_bringup.run.shared_memory_file import abandoned_files
 
-__all__ = ['Round', 'fast_dds_files', 'run_rounds']
+__all__ = ['Round', 'run_rounds']
 
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 _DRIVES_S: Final = 60.0
@@ -51,11 +51,6 @@ class Round:
     def to_json(self) -> dict[str, Any]:
         """Return it as plain values."""
         return asdict(self)
-
-
-def fast_dds_files() -> int:
-    """Return how many files of Fast DDS there are in shared memory."""
-    return len(list(SHARED_MEMORY.glob('*fastrtps*')))
 
 
 def run_rounds(
