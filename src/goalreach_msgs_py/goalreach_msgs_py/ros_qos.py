@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-__all__ = ['DEEP_QOS', 'LATCHED_QOS', 'RELIABLE_QOS', 'SENSOR_QOS']
+__all__ = ['DEEP_QOS', 'LATCHED_QOS', 'NEWEST_QOS', 'RELIABLE_QOS', 'SENSOR_QOS']
 
 SENSOR_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 """ROS 2's sensor data profile: an old image is worth nothing (REP-2003)."""
+
+NEWEST_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""For who reads images. After a pause only the newest counts, and DDS keeps the buffer of a whole
+image for each place of the queue that was ever full. With one place a hundredth of the images is
+lost in real time, with two hardly any."""
 
 RELIABLE_QOS = QoSProfile(depth=10)
 """States, commands and events."""

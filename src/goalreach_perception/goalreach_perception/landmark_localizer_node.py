@@ -18,7 +18,7 @@ from goalreach_msgs_py.ros_input_watch import InputReporter
 from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros_outbox import Outbox
 from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros_qos import NEWEST_QOS, RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros_raw import subscribe_raw
 from goalreach_msgs_py.ros_raw_camera import (
     camera_from_raw,
@@ -88,7 +88,7 @@ class LandmarkLocalizerNode(Node):
         self._head = self.create_publisher(JointState, HEAD_COMMAND, RELIABLE_QOS)
         self._markers = self.create_publisher(ImageMarker, LANDMARK_MARKERS, RELIABLE_QOS)
         for message_type, topic, qos in (
-            (Image, IMAGE, SENSOR_QOS),
+            (Image, IMAGE, NEWEST_QOS),
             (CameraInfo, CAMERA_INFO, SENSOR_QOS),
             (JointState, JOINT_STATES, RELIABLE_QOS),
             (Odometry, ODOM, RELIABLE_QOS),
