@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import math
 import sys
@@ -19,7 +19,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.path_tally import PathTally
 from goalreach_msgs_py.units import INCH_M
 
 __all__ = ['at_work', 'progress_bar', 'show_paths_table']
@@ -76,7 +76,7 @@ def at_work(label: str) -> Iterator[None]:
 
 
 def show_paths_table(
-    results: Sequence[PathResult],
+    tally: PathTally,
     *,
     mode: str,
     sim_time_s: float,
@@ -86,31 +86,30 @@ def show_paths_table(
     """Show how many paths reached the goal and how they were driven.
 
     Args:
-        results: The paths; nothing is shown where there are none.
+        tally: Of the paths; nothing is shown where there are none.
         mode: How they were driven.
         sim_time_s: Simulated seconds.
         wall_time_s: Seconds on the wall clock.
         console: Where to show it; stdout if None.
     """
-    if not results:
+    if not tally.paths:
         return
     out = console or Console(highlight=False)
-    goals = sum(result.outcome == 'goal' for result in results)
-    table = Table(title=f'{goals} of {len(results)} paths reached the goal ({mode})')
+    table = Table(title=f'{tally.goals} of {tally.paths} paths reached the goal ({mode})')
     table.add_column('per path')
     for heading in ('mean', 'worst'):
         table.add_column(heading, justify='right')
     degrees = math.degrees(1.0)
-    rows: tuple[tuple[str, list[float], float, int, str], ...] = (
-        ('time to the end', [r.duration_s for r in results], 1.0, 1, 's'),
-        ('length', [r.length_m for r in results], 1.0, 2, 'm'),
-        ('turning', [r.turning_rad for r in results], degrees, 0, 'deg'),
-        ('position error p95', [r.pose_error_m['p95'] for r in results], 1 / INCH_M, 2, 'in'),
-        ('heading error p95', [r.heading_error_rad['p95'] for r in results], degrees, 2, 'deg'),
+    rows = (
+        ('time to the end', 'duration_s', 1.0, 1, 's'),
+        ('length', 'length_m', 1.0, 2, 'm'),
+        ('turning', 'turning_rad', degrees, 0, 'deg'),
+        ('position error p95', 'pose_error_m', 1 / INCH_M, 2, 'in'),
+        ('heading error p95', 'heading_error_rad', degrees, 2, 'deg'),
     )
-    for name, values, factor, digits, unit in rows:
-        mean, worst = sum(values) / len(values) * factor, max(values) * factor
-        table.add_row(name, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
+    for label, name, factor, digits, unit in rows:
+        mean, worst = tally.mean(name) * factor, tally.spreads[name].worst * factor
+        table.add_row(label, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
     out.print(table)
     speed = sim_time_s / max(wall_time_s, 1e-9)
     out.print(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 import ctypes
-import gc
 import os
 import signal
 import sys
@@ -20,6 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.garbage import GarbageRounds
 from goalreach_msgs_py.ros_common_messages import stamp_to_msg
 from goalreach_msgs_py.ros_parameters import warn_of_unknown_parameters
 from goalreach_msgs_py.ros_qos import RELIABLE_QOS
@@ -40,10 +40,6 @@ LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
 
 _SPIN_S = 0.25
 _DELIVERY_S = 0.5
-_TIDY_S = 10.0
-"""Between full collections, wall seconds. Only these give back the tuples that Python keeps for
-reuse, up to 2000 of each length, and a node whose objects all die by themselves never has one:
-over hours it would gain some megabytes. Chosen."""
 _DIAGNOSTICS_TICKS = 25
 _STATUS_BAD_CONFIGURATION = 2
 _PR_SET_PDEATHSIG = 1
@@ -147,14 +143,11 @@ def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
     executor = EventsExecutor()
     for node in nodes:
         executor.add_node(node)
-    gc.freeze()  # what there is by now stays to the end: a collection need not look through it
-    tidy_s = time.monotonic() + _TIDY_S
+    garbage = GarbageRounds(time.monotonic())
     try:
         while rclpy.ok() and not stop.requested:
             executor.spin_once(timeout_sec=_SPIN_S)
-            if time.monotonic() > tidy_s:
-                gc.collect()
-                tidy_s = time.monotonic() + _TIDY_S
+            garbage.look(time.monotonic())
     except ExternalShutdownException:
         pass
     finally:

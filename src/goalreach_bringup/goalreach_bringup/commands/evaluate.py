@@ -47,6 +47,7 @@ def execute(options: argparse.Namespace) -> int:
         GoalreachError: An option or a file is refused.
     """
     from goalreach_bringup.evaluation import evaluate
+    from goalreach_bringup.path_tally import PathTally
     from goalreach_bringup.summary_file import summarise, write_summary
     from goalreach_bringup.terminal import progress_bar, show_paths_table
     from goalreach_msgs_py.atomic_file import require_writable
@@ -59,7 +60,8 @@ def execute(options: argparse.Namespace) -> int:
         sessions = evaluate(plan, jobs=options.jobs, progress=advance)
     wall_time_s = time.perf_counter() - began_s
     paths = [path for session in sessions for path in session.paths]
-    sim_time_s = sum(path.duration_s for path in paths)
+    tally = PathTally.of(paths)
+    sim_time_s = tally.spreads['duration_s'].total
     if options.json:
         summary = summarise(
             paths,
@@ -72,8 +74,8 @@ def execute(options: argparse.Namespace) -> int:
         )
         write_summary(options.json, summary)
     if not options.quiet:
-        show_paths_table(paths, mode=options.mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
-    return 0 if all(path.outcome == 'goal' for path in paths) else 1
+        show_paths_table(tally, mode=options.mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
+    return 0 if tally.goals == tally.paths else 1
 
 
 def _plan(options: argparse.Namespace) -> EvaluationPlan:

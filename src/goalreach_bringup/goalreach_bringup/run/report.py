@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 import math
 
 from rich.console import Console
 
 from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.path_tally import PathTally
 from goalreach_bringup.terminal import show_paths_table
 
 __all__ = ['RunReport']
@@ -57,12 +57,10 @@ class RunReport:
     def _number(self) -> str:
         return f'{self._done}/{self._total}' if self._total else str(self._done)
 
-    def table(
-        self, results: Sequence[PathResult], *, mode: str, sim_time_s: float, wall_time_s: float
-    ) -> None:
+    def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
         """Show the table at the end of a run."""
         show_paths_table(
-            results,
+            tally,
             mode=mode,
             sim_time_s=sim_time_s,
             wall_time_s=wall_time_s,

@@ -24,6 +24,7 @@ from goalreach_bringup.run.ros_pulse import Pulse
 from goalreach_bringup.run.shared_memory_file import remove_abandoned
 from goalreach_bringup.run.spare_process import Spare
 from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.garbage import GarbageRounds
 
 __all__ = ['Graph', 'NodeDiedError']
 
@@ -123,11 +124,13 @@ class Graph:
         pulses = {name: Pulse(monitor, self._node_of(name)) for name in self._modules}
         executor = EventsExecutor()
         executor.add_node(monitor)
+        garbage = GarbageRounds(time.monotonic())
         try:
             while rclpy.ok() and not finished():
                 now_s = self._serve(executor)
                 self._note_arrivals(monitor, now_s)
                 self._spare.look(now_s)
+                garbage.look(now_s)
                 for name, pulse in pulses.items():
                     self._watch(name, pulse, now_s)
         finally:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 import time
 from typing import Any
@@ -15,6 +14,7 @@ from goalreach_bringup.arena_choice import choose_arena, choose_policy
 from goalreach_bringup.bags.bag_writer_file import require_new_bag
 from goalreach_bringup.parameter_file import NodeParameters, read_parameters
 from goalreach_bringup.path_metrics import PathResult
+from goalreach_bringup.path_tally import PathTally
 from goalreach_bringup.run.domain_lock_file import domain_lock
 from goalreach_bringup.run.environment import make_run_directory, open_to_network
 from goalreach_bringup.run.learning_run import LearningRun
@@ -59,6 +59,7 @@ class RunSession:
         self._seeds = RunSeeds.spawn(options.seed)
         self._starts = choose_starts(options, self._arena, self._seeds)
         self._results: list[PathResult] = []
+        self._tally = PathTally()
         self._unheard = 0
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
@@ -190,18 +191,18 @@ class RunSession:
 
     def _complete(self) -> bool:
         total = self._total_paths()
-        return bool(total) and len(self._results) + self._unheard >= total
+        return bool(total) and self._tally.paths + self._unheard >= total
 
     def _on_path(self, result: PathResult) -> None:
-        """Keep and tell a result; where it drove only for a summary, or hours would add up."""
-        self._results.append(result if self._options.summary else replace(result, trace=()))
+        """Count and tell a result; keep it only for a summary, or days would add up."""
+        self._tally.add(result)
+        if self._options.summary:
+            self._results.append(result)
         self._report.path(result)
 
     def _tell(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
         sim_time_s = self._sim_time_s
-        self._report.table(
-            self._results, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s
-        )
+        self._report.table(self._tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
         if self._options.summary:
             config: Mapping[str, Any] = parameters
             summary = summarise(
@@ -223,5 +224,4 @@ class RunSession:
             return 1
         if not self._options.paths:
             return 0
-        goals = sum(result.outcome == 'goal' for result in self._results)
-        return 0 if goals == self._options.paths else 1
+        return 0 if self._tally.goals == self._options.paths else 1
