@@ -5,6 +5,8 @@ Used alike by a run over the graph and by an evaluation in one process, so their
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
 from typing import Any
@@ -63,7 +65,7 @@ class PathResult:
         }
 
 
-def error_statistics(errors: list[float]) -> dict[str, float]:
+def error_statistics(errors: Sequence[float]) -> dict[str, float]:
     """Return rms, p95 and max of absolute errors; NaN-free: zeros where there are none."""
     if not errors:
         return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
@@ -73,6 +75,11 @@ def error_statistics(errors: list[float]) -> dict[str, float]:
         'p95': float(np.percentile(values, 95)),
         'max': float(values.max()),
     }
+
+
+def _numbers() -> array[float]:
+    """Return an empty row of numbers: a path that finds no end has thousands of them."""
+    return array('d')
 
 
 @dataclass
@@ -99,9 +106,9 @@ class PathMeter:
     _turning_rad: float = 0.0
     _max_step_rad: float = 0.0
     _under_way: bool = False
-    _position_errors_m: list[float] = field(default_factory=list)
-    _heading_errors_rad: list[float] = field(default_factory=list)
-    _trace: list[tuple[float, float]] = field(default_factory=list)
+    _position_errors_m: array[float] = field(default_factory=_numbers)
+    _heading_errors_rad: array[float] = field(default_factory=_numbers)
+    _trace_m: array[float] = field(default_factory=_numbers)
 
     def add(
         self,
@@ -136,7 +143,7 @@ class PathMeter:
                 self._max_step_rad = max(self._max_step_rad, step_rad)
             self._last_heading_rad = commanded_heading_rad
         if self._ticks % self.trace_step == 0:
-            self._trace.append((round(truth.x_m, 4), round(truth.y_m, 4)))
+            self._trace_m.extend((truth.x_m, truth.y_m))
         self._ticks += 1
         self._last_ns, self._last_truth = time_ns, truth
 
@@ -154,9 +161,9 @@ class PathMeter:
             in_goal: Whether the robot's true centre was inside the goal region at that moment.
         """
         judged = outcome.value
-        trace = list(self._trace)
+        trace_m = [round(value, 4) for value in self._trace_m]
         if self._last_truth is not None:
-            trace.append((round(self._last_truth.x_m, 4), round(self._last_truth.y_m, 4)))
+            trace_m += [round(self._last_truth.x_m, 4), round(self._last_truth.y_m, 4)]
         if outcome is PathOutcome.GOAL and not in_goal:
             judged = 'false-goal'
         return PathResult(
@@ -168,5 +175,5 @@ class PathMeter:
             max_heading_step_rad=self._max_step_rad,
             pose_error_m=error_statistics(self._position_errors_m),
             heading_error_rad=error_statistics(self._heading_errors_rad),
-            trace=tuple(trace),
+            trace=tuple(zip(trace_m[::2], trace_m[1::2], strict=True)),
         )
