@@ -5,7 +5,8 @@ import itertools
 
 import pytest
 
-from goalreach_bringup.run.referee import Referee, Tick
+from goalreach_bringup.run.referee import Referee
+from goalreach_bringup.run.tick_log import Tick
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2
 

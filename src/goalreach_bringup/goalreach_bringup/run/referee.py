@@ -8,29 +8,13 @@ import itertools
 import math
 
 from goalreach_bringup.path_metrics import PathMeter, PathResult
+from goalreach_bringup.run.tick_log import Tick, TickLog
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2
 
-__all__ = ['Progress', 'Referee', 'Tick']
+__all__ = ['Progress', 'Referee']
 
 _PLACED_M = 0.01
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tick:
-    """What is known of one stamp.
-
-    Attributes:
-        time_ns: The stamp.
-        truth: True pose.
-        estimate: Estimated pose, or None where the state was not trusted.
-        commanded_heading_rad: Heading that the controller wanted, or None.
-    """
-
-    time_ns: int
-    truth: Pose2
-    estimate: Pose2 | None
-    commanded_heading_rad: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +57,7 @@ class Referee:
         self._starts = tuple(starts)
         self._regions = regions
         self._path = first_path
-        self._ticks: dict[int, Tick] = {}
+        self._ticks = TickLog()
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
         self.last_ns = 0
         self.unheard: list[int] = []
@@ -98,7 +82,7 @@ class Referee:
         """Add a tick; return the paths that it completes. One that was there is left out."""
         if tick.time_ns <= self.last_ns:
             return []
-        self._ticks[tick.time_ns] = tick
+        self._ticks.append(tick)
         self.last_ns, self._truth = tick.time_ns, tick.truth
         return self._judge()
 
@@ -124,8 +108,7 @@ class Referee:
             if self.last_ns < end_ns and not settled:
                 break
             del self._outcomes[path]
-            stamps_ns = sorted(stamp_ns for stamp_ns in self._ticks if stamp_ns <= end_ns)
-            ticks = [self._ticks.pop(stamp_ns) for stamp_ns in stamps_ns]
+            ticks = self._ticks.take_until(end_ns)
             truth = ticks[-1].truth if ticks else self._truth
             skipped = range(self._path, path)
             self._path = path
@@ -139,7 +122,7 @@ class Referee:
             self._path += 1
         return results
 
-    def _close(self, ticks: Sequence[Tick], truth: Pose2, outcome: PathOutcome) -> PathResult:
+    def _close(self, ticks: TickLog, truth: Pose2, outcome: PathOutcome) -> PathResult:
         """Measure the running path by its ticks; what comes before the placing is left out."""
         begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
         ticks = ticks[next(begin, len(ticks)) :]
@@ -154,7 +137,7 @@ class Referee:
         in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
         return meter.finish(outcome, in_goal=in_goal)
 
-    def _of_last_placing(self, ticks: Sequence[Tick]) -> Sequence[Tick]:
+    def _of_last_placing(self, ticks: TickLog) -> TickLog:
         """Return the ticks from when the robot came to the start for the last time."""
         began = 0
         for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):

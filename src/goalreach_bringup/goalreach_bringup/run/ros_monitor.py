@@ -16,7 +16,8 @@ from std_msgs.msg import Float64MultiArray, Header
 
 from goalreach_bringup.path_metrics import PathResult
 from goalreach_bringup.run.plan import MONITOR
-from goalreach_bringup.run.referee import Progress, Referee, Tick
+from goalreach_bringup.run.referee import Progress, Referee
+from goalreach_bringup.run.tick_log import Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.ros_common_messages import stamp_from_msg, stamp_to_msg
