@@ -161,9 +161,10 @@ class PathMeter:
             in_goal: Whether the robot's true centre was inside the goal region at that moment.
         """
         judged = outcome.value
-        trace_m = [round(value, 4) for value in self._trace_m]
+        trace_m = [*self._trace_m]
         if self._last_truth is not None:
-            trace_m += [round(self._last_truth.x_m, 4), round(self._last_truth.y_m, 4)]
+            trace_m += [self._last_truth.x_m, self._last_truth.y_m]
+        trace_m = [round(value, 4) for value in trace_m]
         if outcome is PathOutcome.GOAL and not in_goal:
             judged = 'false-goal'
         return PathResult(

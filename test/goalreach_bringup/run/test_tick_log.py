@@ -25,9 +25,16 @@ def ticks(count: int) -> list[Tick]:
     ]
 
 
+def log_of(written: list[Tick]) -> TickLog:
+    log = TickLog()
+    for tick in written:
+        log.append(tick)
+    return log
+
+
 def test_what_goes_in_comes_out() -> None:
     written = ticks(13)
-    log = TickLog(written)
+    log = log_of(written)
     assert len(log) == 13
     assert list(log) == written
     assert log[-1] == written[-1]
@@ -44,7 +51,7 @@ def test_what_goes_in_comes_out() -> None:
 )
 def test_ticks_up_to_a_stamp_are_taken_out(time_ns: int, taken: int) -> None:
     written = ticks(5)
-    log = TickLog(written)
+    log = log_of(written)
     assert list(log.take_until(time_ns)) == written[:taken]
     assert list(log) == written[taken:]
 
@@ -52,9 +59,7 @@ def test_ticks_up_to_a_stamp_are_taken_out(time_ns: int, taken: int) -> None:
 def test_a_long_path_takes_little_room() -> None:
     tracemalloc.start()
     try:
-        log = TickLog()
-        for tick in ticks(3000):
-            log.append(tick)
+        log = log_of(ticks(3000))
         held_bytes, _ = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Final, overload
@@ -36,18 +36,12 @@ class Tick:
 
 
 class TickLog(Sequence[Tick]):
-    """Ticks in the order of their stamps, 64 bytes each.
+    """Ticks in the order of their stamps, 64 bytes each."""
 
-    Args:
-        ticks: What it begins with.
-    """
-
-    def __init__(self, ticks: Iterable[Tick] = ()) -> None:
-        """Copy the ticks."""
+    def __init__(self) -> None:
+        """Begin with none."""
         self._stamps_ns = array('q')
         self._numbers = array('d')
-        for tick in ticks:
-            self.append(tick)
 
     def append(self, tick: Tick) -> None:
         """Add a tick later than all that are there."""
