@@ -51,11 +51,12 @@ def run(command: str) -> NoReturn:
     raise SystemExit(cli.main([command, *sys.argv[1:]]))
 
 
-def prepare(root: Path = ROOT) -> None:
+def prepare(root: Path = ROOT, *, lab: bool = False) -> None:
     """Return in a Python that can import goalreach, or leave with one clear line.
 
     Args:
         root: Root of the repository.
+        lab: Whether this process, and those that it starts, import what is in `lab/` too.
 
     Raises:
         SystemExit: Where no environment can be found or made.
@@ -66,6 +67,8 @@ def prepare(root: Path = ROOT) -> None:
     except SetupError as error:
         say(str(error))
         raise SystemExit(error.status) from None
+    if lab:
+        _extend_path([str(root / 'lab')])
 
 
 def importable(module: str) -> bool:
@@ -138,7 +141,11 @@ def _use_workspace(root: Path) -> None:
             f'install {names}`, or start in a terminal where no ROS is sourced.'
         )
         raise SetupError(message)
-    folders = source_folders(root)
+    _extend_path(source_folders(root))
+
+
+def _extend_path(folders: list[str]) -> None:
+    """Add folders to the import path of this process and of those that it starts."""
     sys.path[:0] = folders
     inherited = [os.environ['PYTHONPATH']] if os.environ.get('PYTHONPATH') else []
     os.environ['PYTHONPATH'] = os.pathsep.join(folders + inherited)

@@ -1,6 +1,9 @@
-"""Measure the benchmark tables: `goalreach bench`."""
+"""Measure the benchmark tables and run the studies in lab/."""
 
-from _bootstrap import run
+from _bootstrap import prepare
 
 if __name__ == '__main__':
-    run('bench')
+    prepare(lab=True)
+    from goalreach_lab.cli import main
+
+    raise SystemExit(main())

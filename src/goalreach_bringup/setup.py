@@ -8,7 +8,7 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(),
-    package_data={PACKAGE: ['py.typed', 'config/*', 'config/arenas/*', 'dashboard/static/*']},
+    package_data={PACKAGE: ['py.typed', 'config/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -20,7 +20,7 @@ setup(
     author_email='goalreach@example.org',
     maintainer='The goalreach authors',
     maintainer_email='goalreach@example.org',
-    description='Launcher, recording, replay, figures, evaluation and benchmarks of goalreach',
+    description='Command line, launcher and ros2 commands of goalreach',
     license='Apache-2.0',
     entry_points={
         'console_scripts': [

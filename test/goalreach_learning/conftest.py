@@ -7,7 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_learning.controller import ControllerConfig, GoalReachingController
+from goalreach_learning.controller import (
+    GoalReachingController,
+)
+from goalreach_learning.controller_config import (
+    ControllerConfig,
+)
 from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.angles import angle_difference, wrap_angle

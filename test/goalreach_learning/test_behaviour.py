@@ -7,9 +7,8 @@ import pytest
 from goalreach_learning.behaviour import Behaviour, Option, settled_region
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.parameters import build_config
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import RegionMap, memberships
 from goalreach_msgs_py.values import Confidence, Pose2, Region, RegionState, Transition
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]

@@ -9,7 +9,7 @@ from goalreach_learning.blending import MODES, blend_heading, votes
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.fuzzy_sets import memberships
+from goalreach_msgs_py.regions import memberships
 
 PolicyMaker = Callable[[dict[tuple[int, int], int]], Policy]
 LEFT, HALF = (1.0, 0.0, 0.0), (0.5, 0.5, 0.0)

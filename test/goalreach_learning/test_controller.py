@@ -7,12 +7,18 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_learning.controller import ControllerConfig, ControlStep, GoalReachingController
+from goalreach_learning.controller import (
+    ControlStep,
+    GoalReachingController,
+)
+from goalreach_learning.controller_config import (
+    ControllerConfig,
+)
 from goalreach_learning.policy import Policy
 from goalreach_learning.steering import STANDING
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.fuzzy_sets import memberships
 from goalreach_msgs_py.parameters import build_config
+from goalreach_msgs_py.regions import memberships
 from goalreach_msgs_py.values import Confidence, PathOutcome, Pose2, Region, RegionState
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]

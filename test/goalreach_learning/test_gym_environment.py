@@ -5,9 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from goalreach_learning.learning_config import LearningConfig
 from goalreach_learning.policy import Policy
-from goalreach_learning.q_learning import QLearner
+from goalreach_learning.q_learning import LearningConfig, QLearner
 from goalreach_learning.training import greedy_successes
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError

@@ -7,8 +7,7 @@ import pytest
 from goalreach_learning.kinematic_drive import blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.fuzzy_sets import memberships
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import RegionMap, memberships
 from goalreach_msgs_py.values import PathOutcome, Pose2, Region
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]

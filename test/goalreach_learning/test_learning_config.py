@@ -1,6 +1,6 @@
 import pytest
 
-from goalreach_learning.learning_config import LearningConfig
+from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.errors import ConfigurationError
 
 

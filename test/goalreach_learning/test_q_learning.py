@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_learning.learning_config import LearningConfig
 from goalreach_learning.q_learning import (
+    LearningConfig,
     QLearner,
     boltzmann_probabilities,
     q_update,

@@ -1,4 +1,4 @@
-from goalreach_learning.rewards import reward_of
+from goalreach_learning.task import reward_of
 from goalreach_msgs_py.values import PathOutcome
 
 

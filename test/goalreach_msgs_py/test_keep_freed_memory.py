@@ -8,7 +8,7 @@ import pytest
 PROGRAM = """
 import resource
 from array import array
-from goalreach_msgs_py.ros_node import keep_freed_memory
+from goalreach_msgs_py.ros.node import keep_freed_memory
 
 if KEEP:
     keep_freed_memory()

@@ -11,7 +11,7 @@ import pytest
 from sensor_msgs.msg import CameraInfo, JointState, LaserScan
 
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.ros_common_messages import (
+from goalreach_msgs_py.ros.common_messages import (
     MessageError,
     pose_from_msg,
     pose_to_msg,
@@ -20,7 +20,7 @@ from goalreach_msgs_py.ros_common_messages import (
     twist_from_msg,
     twist_to_msg,
 )
-from goalreach_msgs_py.ros_estimate_messages import (
+from goalreach_msgs_py.ros.estimate_messages import (
     estimate_from_msg,
     estimate_to_msg,
     landmarks_from_msg,
@@ -28,14 +28,14 @@ from goalreach_msgs_py.ros_estimate_messages import (
     state_from_msg,
     state_to_msg,
 )
-from goalreach_msgs_py.ros_learning_messages import (
+from goalreach_msgs_py.ros.learning_messages import (
     path_to_msg,
     q_table_from_msg,
     q_table_to_msg,
     transition_from_msg,
     transition_to_msg,
 )
-from goalreach_msgs_py.ros_sensor_messages import (
+from goalreach_msgs_py.ros.sensor_messages import (
     bumpers_from_msg,
     bumpers_to_msg,
     camera_from_msg,

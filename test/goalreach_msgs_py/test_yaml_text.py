@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, one_line_repr
-from goalreach_msgs_py.yaml_text import load_yaml
+from goalreach_msgs_py.files import load_yaml
 
 
 def test_plain_values_are_read() -> None:

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_perception.detection import SpotDetector
-from goalreach_perception.spots import DetectionConfig
+from goalreach_perception.detection import DetectionConfig, SpotDetector
 from led_arena import spot_image
 
 DETECTOR = SpotDetector(DetectionConfig(), spot_sigma_px=1.2, read_noise_dn=1.5)

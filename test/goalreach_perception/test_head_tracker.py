@@ -11,8 +11,7 @@ import pytest
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import HeadAngles
-from goalreach_perception.head_config import HeadConfig
-from goalreach_perception.head_tracker import HeadTracker
+from goalreach_perception.head_tracker import HeadConfig, HeadTracker
 from goalreach_perception.measurement_model import Lens, project
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))

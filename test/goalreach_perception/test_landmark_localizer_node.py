@@ -14,19 +14,27 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import ImageMarker
 
-from goalreach_msgs_py.ros_common_messages import stamp_from_msg
-from goalreach_msgs_py.ros_estimate_messages import landmarks_from_msg
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS
-from goalreach_msgs_py.ros_raw_estimates import estimate_from_raw
-from goalreach_msgs_py.ros_sensor_messages import (
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg
+from goalreach_msgs_py.ros.estimate_messages import landmarks_from_msg
+from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw
+from goalreach_msgs_py.ros.sensor_messages import (
     camera_to_msg,
     head_to_msg,
     image_to_msg,
     odometry_to_msg,
 )
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, LANDMARK_MARKERS, ODOM
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
-from goalreach_sim.simulator import SensorFrame, Simulator, SimulatorConfig
+from goalreach_sim.sensors import (
+    SensorFrame,
+)
+from goalreach_sim.simulator import (
+    Simulator,
+)
+from goalreach_sim.simulator_config import (
+    SimulatorConfig,
+)
 from graphs import fresh_domain
 
 GOOD_M2 = 0.3**2

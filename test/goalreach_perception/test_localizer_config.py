@@ -6,7 +6,7 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
 from goalreach_msgs_py.parameters import build_config, flatten_config
-from goalreach_perception.head_config import HeadConfig
+from goalreach_perception.head_tracker import HeadConfig
 from goalreach_perception.localizer_config import LocalizerConfig
 
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from goalreach_lab.localization.bounds import one_image_bound
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.bounds import one_image_bound
 from goalreach_perception.measurement_model import HEIGHT, LEDS, TILT_BIAS, Lens
 from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
 

@@ -10,9 +10,8 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.measurement_model import DRIFT, HEIGHT, LEDS, PAN_BIAS, SCALE, Lens
-from goalreach_perception.pose_filter import PoseFilter
+from goalreach_perception.pose_filter import FilterConfig, PoseFilter
 from goalreach_perception.prediction import innovation_distance2
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))

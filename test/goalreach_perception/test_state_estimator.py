@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from goalreach_msgs_py.angles import inches
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.units import inches
 from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, PoseEstimate, RegionState
 from goalreach_perception.localizer_output import anywhere
 from goalreach_perception.state_estimator import (

@@ -3,7 +3,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from goalreach_sim.bumpers import BUMPER_COUNT, pressed_bumpers
+from goalreach_sim.sensors import BUMPER_COUNT, pressed_bumpers
 
 
 def pressed(directions_deg: list[float], base_yaw_deg: float) -> list[int]:

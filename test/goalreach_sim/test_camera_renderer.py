@@ -7,9 +7,8 @@ import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
-from goalreach_sim.camera_config import OpticsConfig
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
-from goalreach_sim.camera_view import CameraPose
+from goalreach_sim.camera_view import CameraPose, OpticsConfig
 
 LEDS_M = np.array([[2.0, 0.0, 1.0]])
 CAMERA = PinholeCamera(fx_px=500.0, fy_px=500.0, cx_px=320.0, cy_px=240.0)

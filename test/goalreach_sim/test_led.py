@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.arena import Arena
-from goalreach_sim.led import emission, emission_axes, emission_exponent
+from goalreach_sim.camera_view import emission, emission_axes, emission_exponent
 
 
 def test_leds_of_the_goal_wall_shine_along_y() -> None:

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.units import INCH_M
 from goalreach_sim.contact import Walls
 from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.nomad200 import (

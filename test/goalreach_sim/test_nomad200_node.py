@@ -10,8 +10,8 @@ import pytest
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from goalreach_msgs_py.ros_common_messages import stamp_from_msg
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from ros_robot import RobotGraph, robot_graph
 
 pytestmark = pytest.mark.graph

@@ -1,6 +1,6 @@
 import pytest
 
-from goalreach_sim.occlusion import is_hidden, posts_from_flat
+from goalreach_sim.camera_view import is_hidden, posts_from_flat
 
 CAMERA_M = (0.0, 0.0, 1.0)
 

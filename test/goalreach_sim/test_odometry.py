@@ -3,8 +3,8 @@ import math
 import pytest
 
 from goalreach_msgs_py.values import Pose2
-from goalreach_sim.odometry import WheelOdometry
 from goalreach_sim.path_integral import Motion
+from goalreach_sim.sensors import WheelOdometry
 
 
 def test_scale_error_stretches_the_path() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
-from goalreach_sim.run_errors import RunErrors, draw_run_errors
+from goalreach_sim.sensors import RunErrors, draw_run_errors
 
 
 def draw(noise: NoiseModel, seed: int) -> RunErrors:

@@ -1,6 +1,6 @@
 import pytest
 
-from goalreach_sim.servo import Servo
+from goalreach_sim.head import Servo
 
 
 def make_servo() -> Servo:

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_sim.spot import add_light, pixel_shares, spot_window
+from goalreach_sim.camera_renderer import add_light, pixel_shares, spot_window
 
 
 def test_shares_by_hand() -> None:

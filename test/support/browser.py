@@ -9,9 +9,7 @@ import sys
 
 import pytest
 
-from goalreach_bringup.bench.support.chromium import ADVICE, Page, is_there, open_page
-
-__all__ = ['Page', 'open_page', 'require_browser']
+from goalreach_lab.rigs.chromium import ADVICE, is_there
 
 _INSTALL_S = 600.0
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import signal
 from typing import Any
 
-from goalreach_bringup.sweeps.case import SweepCase
+from goalreach_evaluation.sweep import SweepCase
 
 
 def die_once(mark: str, one: SweepCase) -> dict[str, Any]:

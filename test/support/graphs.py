@@ -20,7 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from goalreach_bringup.run.environment import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 
 _DOMAINS = itertools.count()
 _LOWEST_DOMAIN = 20

@@ -20,9 +20,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_msgs_py.ros_common_messages import stamp_from_msg, twist_to_msg
-from goalreach_msgs_py.ros_qos import RELIABLE_QOS
-from goalreach_msgs_py.ros_sensor_messages import head_to_msg, odometry_from_msg
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg, twist_to_msg
+from goalreach_msgs_py.ros.sensor_messages import head_to_msg, odometry_from_msg
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 import graphs
 

@@ -8,11 +8,9 @@ from typing import Any
 
 from rosbags.typesys import Stores, get_typestore
 
-from goalreach_bringup.bags.bag_writer_file import BagWriter
-from goalreach_bringup.bags.definitions_file import message_definition
-from goalreach_bringup.bags.metadata import BagMetadata
-from goalreach_bringup.bags.storage import StorageOptions
-from goalreach_bringup.bags.topic import BagTopic, QosOffer
+from goalreach_bags.metadata import BagMetadata
+from goalreach_bags.topic import BagTopic, QosOffer, StorageOptions, message_definition
+from goalreach_bags.writer import BagWriter
 
 STRING = 'std_msgs/msg/String'
 STORE = get_typestore(Stores.ROS2_JAZZY)

@@ -15,23 +15,22 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
-from goalreach_bringup.run.plan import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.ros_glimpse import Glimpse
-from goalreach_msgs_py.ros_learning_messages import transition_to_msg
-from goalreach_msgs_py.ros_outbox import Outbox
-from goalreach_msgs_py.ros_qos import DEEP_QOS
-from goalreach_msgs_py.ros_raw_camera import camera_to_raw, image_to_raw
-from goalreach_msgs_py.ros_raw_estimates import estimate_to_raw, landmarks_to_raw
-from goalreach_msgs_py.ros_raw_robot import (
+from goalreach_msgs_py.ros.learning_messages import transition_to_msg
+from goalreach_msgs_py.ros.raw_camera import camera_to_raw, image_to_raw
+from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw, state_to_raw
+from goalreach_msgs_py.ros.raw_robot import (
     bumpers_to_raw,
     clock_to_raw,
     head_to_raw,
     odometry_to_raw,
     twist_to_raw,
 )
-from goalreach_msgs_py.ros_raw_state import state_to_raw
+from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS
+from goalreach_msgs_py.ros.throttled import Glimpse
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
     HeadAngles,
@@ -43,8 +42,6 @@ from goalreach_msgs_py.values import (
     Transition,
     Twist2,
 )
-
-__all__ = ['PERIOD_NS', 'SpokenGraph', 'odometry_at', 'pose_at']
 
 PERIOD_NS = 40_000_000
 _SAID: dict[str, dict[str, type[Any]]] = {

@@ -14,8 +14,6 @@ from typing import Final
 
 from goalreach_msgs_py.errors import GoalreachError
 
-__all__ = ['COMMANDS', 'main']
-
 COMMANDS: Final = (
     'run',
     'train',
@@ -45,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and given[0] in COMMANDS:
-        return _run_command(given[0], given[1:])
+        return run_command(_load(given[0]), given[0], given[1:])
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
         description='A robot learns to reach its goal by what it sees, on ROS 2.',
@@ -67,9 +65,17 @@ def _load(name: str) -> ModuleType:
     return importlib.import_module(f'goalreach_bringup.commands.{name}')
 
 
-def _run_command(name: str, arguments: Sequence[str]) -> int:
-    """Parse the command's options and execute it, with every mistake told in one line."""
-    command = _load(name)
+def run_command(command: ModuleType, name: str, arguments: Sequence[str]) -> int:
+    """Parse the options of a command and execute it; report a mistake of the user in one line.
+
+    Args:
+        command: Module with `SUMMARY`, `configure` and `execute`.
+        name: What the user calls it.
+        arguments: Its arguments.
+
+    Returns:
+        The exit status.
+    """
     parser = argparse.ArgumentParser(
         prog=f'{_PROGRAM} {name}',
         description=command.SUMMARY,

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from goalreach_learning.actions import ACTION_HEADINGS_RAD
 from goalreach_learning.blending import blend_heading, votes
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import QLearner
+from goalreach_learning.task import ACTION_HEADINGS_RAD
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import Region, RegionState, Transition
-
-__all__ = ['Behaviour', 'Option', 'settled_region']
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 import math
 from typing import Final
 
-from goalreach_learning.actions import ACTION_DIRECTIONS, ACTIONS_DEG
 from goalreach_learning.policy import Policy
+from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Region
-
-__all__ = ['MODES', 'Vote', 'blend', 'blend_heading', 'votes']
 
 MODES: Final = ('crisp', 'fuzzy', 'fuzzy-eq3', 'fuzzy-as-printed')
 """Ways to drive: one cell; products over four; equation (3) with unit vectors; as printed."""

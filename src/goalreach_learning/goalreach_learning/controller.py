@@ -12,12 +12,11 @@ import math
 
 import numpy as np
 
-from goalreach_learning.actions import nearest_action
 from goalreach_learning.behaviour import Behaviour, Option
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
-from goalreach_learning.rewards import reward_of
 from goalreach_learning.steering import STANDING, HeadingFollower
+from goalreach_learning.task import nearest_action, reward_of
 from goalreach_msgs_py.values import (
     Confidence,
     PathOutcome,
@@ -27,8 +26,6 @@ from goalreach_msgs_py.values import (
     Transition,
     Twist2,
 )
-
-__all__ = ['ControlStep', 'ControllerConfig', 'GoalReachingController']
 
 _NS_PER_S = 1e9
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from goalreach_learning.blending import MODES
-from goalreach_learning.learning_config import LearningConfig
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_msgs_py.angles import INCH_M, deg
 from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import INCH_M, deg
-
-__all__ = ['ControllerConfig']
 
 
 @dataclass(frozen=True, kw_only=True)

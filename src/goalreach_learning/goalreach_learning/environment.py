@@ -11,11 +11,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from goalreach_learning.actions import ACTION_DIRECTIONS
+from goalreach_learning.task import ACTION_DIRECTIONS
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.values import Region
-
-__all__ = ['OptionEnd', 'OptionEnvironment']
 
 
 class OptionEnd(NamedTuple):

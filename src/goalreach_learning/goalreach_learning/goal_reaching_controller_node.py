@@ -13,36 +13,34 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64MultiArray
 
-from goalreach_learning.controller import ControllerConfig, GoalReachingController
+from goalreach_learning.controller import (
+    GoalReachingController,
+)
+from goalreach_learning.controller_config import (
+    ControllerConfig,
+)
 from goalreach_learning.mission import MissionConfig, PathOrder
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
-from goalreach_learning.ros_judge import JudgeWait
-from goalreach_learning.ros_placement import RobotPlacement
+from goalreach_learning.ros.judge_wait import JudgeWait
+from goalreach_learning.ros.placement import RobotPlacement
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
-from goalreach_msgs_py.region_config import RegionConfig
-from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros_common_messages import MessageError
-from goalreach_msgs_py.ros_glimpse import Glimpse
-from goalreach_msgs_py.ros_input_watch import InputReporter
-from goalreach_msgs_py.ros_learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
-from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
-from goalreach_msgs_py.ros_outbox import Outbox
-from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS
-from goalreach_msgs_py.ros_raw import subscribe_raw
-from goalreach_msgs_py.ros_raw_robot import (
-    bumpers_from_raw,
-    twist_to_raw,
-)
-from goalreach_msgs_py.ros_raw_state import state_from_raw
+from goalreach_msgs_py.regions import RegionConfig, region_name
+from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.ros.input_watch import InputReporter
+from goalreach_msgs_py.ros.learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
+from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros.parameters import NodeConfig
+from goalreach_msgs_py.ros.raw_estimates import state_from_raw
+from goalreach_msgs_py.ros.raw_robot import bumpers_from_raw, twist_to_raw
+from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
-
-__all__ = ['GoalReachingControllerNode', 'main']
 
 _NAME = 'goal_reaching_controller'
 _THROTTLE_S = 5.0

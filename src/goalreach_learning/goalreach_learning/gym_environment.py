@@ -14,15 +14,11 @@ from gymnasium import spaces
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_learning.actions import ACTION_COUNT
 from goalreach_learning.environment import OptionEnvironment
-from goalreach_learning.rewards import BUMP_REWARD, GOAL_REWARD
+from goalreach_learning.task import ACTION_COUNT, BUMP_REWARD, GOAL_REWARD
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.fuzzy_sets import memberships
-from goalreach_msgs_py.regions import region_name
-
-__all__ = ['ENVIRONMENT_ID', 'OBSERVATIONS', 'GoalReachEnv', 'register']
+from goalreach_msgs_py.regions import memberships, region_name
 
 ENVIRONMENT_ID: Final = 'goalreach/GoalReach-v0'
 OBSERVATIONS: Final = ('region', 'memberships', 'pose')

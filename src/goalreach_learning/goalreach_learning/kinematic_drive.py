@@ -14,8 +14,6 @@ from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2
 
-__all__ = ['Memberships', 'Track', 'blended_track', 'crisp_track']
-
 Memberships = Callable[[float, float], tuple[tuple[float, ...], tuple[float, ...]]]
 """From a position (x, y), metres, to the memberships (3,) of x and (3,) of y."""
 

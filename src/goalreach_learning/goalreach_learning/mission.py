@@ -8,8 +8,6 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import Pose2
 
-__all__ = ['MissionConfig', 'PathOrder']
-
 _NUMBERS_PER_START = 3
 
 

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_learning.actions import ACTION_COUNT, ACTION_DIRECTIONS
+from goalreach_learning.task import ACTION_COUNT, ACTION_DIRECTIONS
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import FloatArray, Region
-
-__all__ = ['Policy', 'best_actions', 'tie_tolerance']
 
 _SHAPE = (3, 3, ACTION_COUNT)
 _DIRECTIONS = np.array(ACTION_DIRECTIONS)

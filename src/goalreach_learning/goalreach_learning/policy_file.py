@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from goalreach_learning.actions import ACTIONS_RAD
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py.atomic_file import write_text_atomically
+from goalreach_learning.task import ACTIONS_RAD
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
+from goalreach_msgs_py.files import write_text_atomically
 from goalreach_msgs_py.regions import GOAL_REGION, RegionMap
-
-__all__ = ['read_policy', 'write_policy']
 
 _FORMAT = 'goalreach-policy'
 _VERSION = 1

@@ -8,8 +8,6 @@ from goalreach_learning.controller_config import ControllerConfig
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.values import Pose2, Twist2
 
-__all__ = ['STANDING', 'HeadingFollower', 'cruise_fraction', 'steering_rate']
-
 STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 

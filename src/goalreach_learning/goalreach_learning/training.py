@@ -8,14 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from goalreach_learning.environment import OptionEnvironment
-from goalreach_learning.learning_config import LearningConfig
 from goalreach_learning.policy import Policy
-from goalreach_learning.q_learning import QLearner
-from goalreach_learning.rewards import BUMP_REWARD, GOAL_REWARD
+from goalreach_learning.q_learning import LearningConfig, QLearner
+from goalreach_learning.task import BUMP_REWARD, GOAL_REWARD
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import Pose2
-
-__all__ = ['LearningConfig', 'TrainingResult', 'greedy_successes', 'train']
 
 MAX_GREEDY_OPTIONS = 30
 """Actions after which a greedy path counts as lost; chosen, nine regions need far fewer."""

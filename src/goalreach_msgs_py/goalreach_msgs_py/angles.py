@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ['angle_difference', 'wrap_angle']
-
 _TURN_RAD = 2.0 * math.pi
 
 
@@ -36,3 +34,21 @@ def angle_difference(to_rad: float, from_rad: float) -> float:
         The turn in (-pi, pi], radians, positive counter-clockwise.
     """
     return wrap_angle(to_rad - from_rad)
+
+
+INCH_M = 0.0254
+"""One inch in metres (exact by definition)."""
+
+
+def inches(value_in: float) -> float:
+    """Return a length given in inches as metres.
+
+    >>> inches(140)
+    3.556
+    """
+    return round(value_in * INCH_M, 12)
+
+
+def deg(value_deg: float) -> float:
+    """Return an angle given in degrees as radians."""
+    return math.radians(value_deg)

@@ -8,21 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap, region_name
-from goalreach_msgs_py.units import INCH_M
 from goalreach_msgs_py.values import FloatArray, Pose2
-
-__all__ = [
-    'BODY_RADIUS_M',
-    'DEFAULT_LANDMARKS_M',
-    'LENGTH_M',
-    'PAPER_STARTS',
-    'WIDTH_M',
-    'Arena',
-    'check_size',
-    'paper_starts',
-]
 
 WIDTH_M = 3.556
 """140 in, section "The Simulation Phase"."""

@@ -30,11 +30,9 @@ import yaml
 
 from goalreach_msgs_py.arena import Arena, check_size, paper_starts
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
+from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.regions import RegionMap, parse_region
 from goalreach_msgs_py.values import Pose2
-from goalreach_msgs_py.yaml_text import load_yaml
-
-__all__ = ['read_arena']
 
 _FIELDS = ('name', 'width_m', 'length_m', 'leds_m', 'regions', 'starts')
 _KNOTS = ('x_knots_m', 'y_knots_m')

@@ -15,8 +15,6 @@ import numpy as np
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray, HeadAngles
 
-__all__ = ['PinholeCamera', 'camera_azimuth', 'optical_rotation', 'points_in_camera']
-
 _NEAREST_M = 1e-3
 # Depth from which on a point counts as in front of the camera; chosen.
 

@@ -11,19 +11,6 @@ from dataclasses import dataclass
 import struct
 from typing import Any
 
-__all__ = [
-    'LITTLE_ENDIAN',
-    'PADDING',
-    'STAMP_END',
-    'CdrLayout',
-    'Fixed',
-    'Run',
-    'pack_text',
-    'set_stamp',
-    'stamp_of',
-    'without_stamp',
-]
-
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 """What precedes a message that is encoded as here."""
 

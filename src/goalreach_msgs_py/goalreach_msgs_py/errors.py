@@ -4,14 +4,6 @@ from __future__ import annotations
 
 import reprlib
 
-__all__ = [
-    'ConfigurationError',
-    'FileFormatError',
-    'GoalreachError',
-    'one_line',
-    'one_line_repr',
-]
-
 _LONGEST = 1000
 """Characters of a line that tells of a mistake; chosen."""
 
@@ -80,3 +72,7 @@ class FileFormatError(GoalreachError):
         super().__init__(f'{path}: {one_line(reason)}')
         self.path = str(path)
         self.reason = reason
+
+
+class CommandError(GoalreachError):
+    """A topic, node, type, value or service that is not there or does not fit."""

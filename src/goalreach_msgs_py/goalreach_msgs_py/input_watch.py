@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-__all__ = ['InputWatch', 'Trouble']
-
 _NS_PER_S = 1e9
 _HELD_S = 0.5
 """A node that was not served for so long tells it, seconds of the wall clock; chosen."""

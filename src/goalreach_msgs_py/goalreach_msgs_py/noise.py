@@ -9,11 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Final
 
+from goalreach_msgs_py.angles import INCH_M, deg
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import INCH_M, deg
-
-__all__ = ['NOISE_PRESETS', 'NoiseModel', 'noise_preset']
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,15 +14,6 @@ from typing import Any, TypeVar, cast
 
 from goalreach_msgs_py.errors import ConfigurationError
 
-__all__ = [
-    'ParameterInfo',
-    'build_config',
-    'check_fields',
-    'flatten_config',
-    'parameter',
-    'parameter_infos',
-]
-
 ConfigT = TypeVar('ConfigT')
 _KEY = 'goalreach'
 

@@ -8,24 +8,15 @@ are one half; so crisp and fuzzy states agree on which region dominates.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import itertools
 import math
 
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.units import INCH_M
+from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import Region
-
-__all__ = [
-    'DEFAULT_X_KNOTS_M',
-    'DEFAULT_Y_KNOTS_M',
-    'GOAL_REGION',
-    'X_LABELS',
-    'Y_LABELS',
-    'RegionMap',
-    'parse_region',
-    'region_name',
-]
 
 X_LABELS = ('LEFT-SIDE', 'FRONT', 'RIGHT-SIDE')
 Y_LABELS = ('NEAR', 'MEDIUM', 'FAR')
@@ -124,3 +115,68 @@ class RegionMap:
 
 def _borders(knots: tuple[float, ...]) -> tuple[float, float, float, float]:
     return knots[0], (knots[1] + knots[2]) / 2, (knots[3] + knots[4]) / 2, knots[5]
+
+
+def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, float]:
+    """Return how far a value belongs to each of three fuzzy sets.
+
+    Fig. 5 of the paper: the first set is full on [k0, k1] and fades to the second on [k1, k2],
+    the second is full on [k2, k3] and fades to the third on [k3, k4], the third is full on
+    [k4, k5]. Beyond the outer knots the nearest set is full.
+
+    Args:
+        value: Position along the axis, in the unit of the knots.
+        knots: Six ascending numbers.
+
+    Returns:
+        Memberships in [0, 1] whose sum is one; at most two are above zero.
+
+    >>> memberships(2.5, (0.0, 1.0, 3.0, 5.0, 7.0, 8.0))
+    (0.25, 0.75, 0.0)
+    """
+    _, k1, k2, k3, k4, _ = knots
+    if value < k2:
+        first = 1.0 if value <= k1 else (k2 - value) / (k2 - k1)
+        return first, 1.0 - first, 0.0
+    if value > k3:
+        third = 1.0 if value >= k4 else (value - k3) / (k4 - k3)
+        return 0.0, 1.0 - third, third
+    return 0.0, 1.0, 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegionConfig:
+    """Knots and goal of a `RegionMap`."""
+
+    x_knots_m: tuple[float, ...] = parameter(
+        DEFAULT_X_KNOTS_M, 'Knots x0..x5 of LEFT-SIDE, FRONT, RIGHT-SIDE, m (Fig. 5a)', length=6
+    )
+    y_knots_m: tuple[float, ...] = parameter(
+        DEFAULT_Y_KNOTS_M, 'Knots y0..y5 of NEAR, MEDIUM, FAR, m (Fig. 5b)', length=6
+    )
+    goal_region: str = parameter(region_name(GOAL_REGION), 'The goal state, as X/Y')
+
+    def __post_init__(self) -> None:
+        """Check every field and that they make a region map."""
+        check_fields(self)
+        try:
+            _ = self.region_map
+        except ConfigurationError as error:
+            field = 'goal_region' if error.field == 'region' else error.field
+            raise ConfigurationError(field, error.value, error.allowed) from None
+
+    @property
+    def region_map(self) -> RegionMap:
+        """The region map that these parameters describe."""
+        return RegionMap(
+            x_knots_m=self.x_knots_m, y_knots_m=self.y_knots_m, goal=parse_region(self.goal_region)
+        )
+
+    @classmethod
+    def for_map(cls, regions: RegionMap) -> RegionConfig:
+        """Return the parameters that describe a region map."""
+        return cls(
+            x_knots_m=regions.x_knots_m,
+            y_knots_m=regions.y_knots_m,
+            goal_region=region_name(regions.goal),
+        )

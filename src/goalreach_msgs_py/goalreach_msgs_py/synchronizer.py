@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ['StampSynchronizer']
-
 
 class StampSynchronizer:
     """Collects values by stamp and hands a complete set out once.

@@ -4,39 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = [
-    'BASE_FRAME',
-    'BUMPERS',
-    'BUMPER_FRAME',
-    'CAMERA_FRAME',
-    'CAMERA_INFO',
-    'CLOCK',
-    'CMD_VEL',
-    'DIAGNOSTICS',
-    'GROUND_TRUTH',
-    'HEAD_COMMAND',
-    'HEAD_JOINTS',
-    'IMAGE',
-    'JOINT_STATES',
-    'JUDGED',
-    'LANDMARKS',
-    'LANDMARK_MARKERS',
-    'MAP_FRAME',
-    'MARKERS',
-    'ODOM',
-    'ODOM_FRAME',
-    'PATH',
-    'PAUSE_SERVICE',
-    'POSE',
-    'Q_TABLE',
-    'RECORDED',
-    'RESET_SERVICE',
-    'STATE',
-    'TRANSITION',
-    'glimpse_topic',
-    'picture_topic',
-]
-
 CLOCK: Final = '/clock'
 IMAGE: Final = '/camera/image_raw'
 CAMERA_INFO: Final = '/camera/camera_info'
@@ -77,3 +44,21 @@ def glimpse_topic(node: str) -> str:
 def picture_topic(node: str) -> str:
     """Return where it shows them an image now and then."""
     return f'{glimpse_topic(node)}/image'
+
+
+ROBOT: Final = 'nomad200'
+
+
+LOCALIZER: Final = 'landmark_localizer'
+
+
+ESTIMATOR: Final = 'state_estimator'
+
+
+CONTROLLER: Final = 'goal_reaching_controller'
+
+
+NODES: Final = (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
+
+
+MONITOR: Final = 'run_monitor'

@@ -8,21 +8,6 @@ import enum
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    'Confidence',
-    'FloatArray',
-    'HeadAngles',
-    'LandmarkObservation',
-    'Odometry',
-    'PathOutcome',
-    'Pose2',
-    'PoseEstimate',
-    'Region',
-    'RegionState',
-    'Transition',
-    'Twist2',
-]
-
 FloatArray = NDArray[np.float64]
 
 

@@ -9,13 +9,10 @@ from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.association import Fix, identify
 from goalreach_perception.landmark_tracking import SeenLeds
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
+from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS, Optics
 from goalreach_perception.one_image_pose import ImageGeometry
-from goalreach_perception.optics import Optics
 from goalreach_perception.panorama import Panorama, Sightings
 from goalreach_perception.pose_filter import PoseFilter
-
-__all__ = ['Acquisition']
 
 _PANORAMA_INFLATION = 4.0
 """The filter does not keep how errors of a panorama correlate with those of the survey, so its

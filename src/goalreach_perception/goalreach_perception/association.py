@@ -18,8 +18,6 @@ from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
 from goalreach_perception.triangulation import align, level_points, triangulate
 
-__all__ = ['AssociationConfig', 'Fix', 'identify', 'labellings']
-
 _TRIPLE = 3
 _SAME_M = 0.05
 _SAME_RAD = 0.02

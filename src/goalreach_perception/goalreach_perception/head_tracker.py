@@ -3,17 +3,138 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 import math
 
-from goalreach_msgs_py.angles import wrap_angle
-from goalreach_msgs_py.units import deg
+from goalreach_msgs_py.angles import deg, wrap_angle
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import HeadAngles
-from goalreach_perception.head_config import HeadConfig
-from goalreach_perception.head_search import HeadSearch
 from goalreach_perception.measurement_model import Lens
 
-__all__ = ['HeadTracker']
+_RIGHT_ANGLE = math.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeadConfig:
+    """Ranges of the head and habits of its tracker."""
+
+    pan_limit_rad: float = parameter(
+        deg(87.0),
+        'Pan range to each side, rad (the paper: 174 deg in all)',
+        minimum=0.0,
+        maximum=math.pi,
+    )
+    tilt_minimum_rad: float = parameter(
+        deg(-20.0),
+        'Lower end of the tilt range, rad (the paper: 70 deg in all; its place is chosen)',
+        minimum=-_RIGHT_ANGLE,
+        maximum=_RIGHT_ANGLE,
+    )
+    tilt_maximum_rad: float = parameter(
+        deg(50.0),
+        'Upper end of the tilt range, rad (the paper: 70 deg in all; its place is chosen)',
+        minimum=-_RIGHT_ANGLE,
+        maximum=_RIGHT_ANGLE,
+    )
+    view_margin_px: float = parameter(
+        24.0,
+        'An LED nearer than this to the border of the image is not in view, px (chosen)',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    search_tilt_rad: float = parameter(
+        deg(20.0),
+        'Tilt while searching, rad (chosen: LEDs rise 3.5 deg and more)',
+        minimum=-_RIGHT_ANGLE,
+        maximum=_RIGHT_ANGLE,
+    )
+    search_high_tilt_rad: float = parameter(
+        deg(40.0),
+        'Tilt in every other turn of the search, rad (chosen: LEDs that are near)',
+        minimum=-_RIGHT_ANGLE,
+        maximum=_RIGHT_ANGLE,
+    )
+    search_turn_rad: float = parameter(
+        deg(400.0),
+        'How far the turret turns before the search changes its tilt, rad (chosen: more than a '
+        'full circle at each tilt)',
+        minimum=0.1,
+        maximum=20.0,
+    )
+    search_lead_rad: float = parameter(
+        deg(150.0),
+        'How far ahead of itself the turret is sent while searching, rad (chosen: beyond its '
+        'braking distance at 90 deg/s)',
+        minimum=0.0,
+        maximum=3.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, and that the tilt range is one."""
+        check_fields(self)
+        if self.tilt_minimum_rad > self.tilt_maximum_rad:
+            raise ConfigurationError(
+                'tilt_minimum_rad', self.tilt_minimum_rad, f'at most {self.tilt_maximum_rad:g}'
+            )
+
+    def clip_tilt(self, tilt_rad: float) -> float:
+        """Return the nearest tilt within the range."""
+        return min(max(tilt_rad, self.tilt_minimum_rad), self.tilt_maximum_rad)
+
+
+_AT_END_RAD = math.radians(4.0)
+
+
+class HeadSearch:
+    """Turns the head until something is found.
+
+    The turret turns one way all the time. Pan first swings to the end the turret comes from,
+    then to the end it goes to, and stays there: all azimuths are seen once within three seconds
+    of a Nomad 200's motors, and again with every turn of the turret. After a little more than a
+    turn the tilt changes between low and high, which is for LEDs that are near.
+
+    Args:
+        config: Ranges and habits of the head.
+    """
+
+    def __init__(self, config: HeadConfig) -> None:
+        self._config = config
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew with the next call of `step`."""
+        self._turret_sign = 0.0
+        self._towards_end = False
+        self._last_turret_rad = 0.0
+        self._turned_rad = 0.0
+
+    def step(self, joints: HeadAngles) -> HeadAngles:
+        """Return joint targets that look for landmarks.
+
+        Args:
+            joints: Encoder readings.
+        """
+        config = self._config
+        limit = config.pan_limit_rad
+        if self._turret_sign == 0.0:
+            self._turret_sign = -1.0 if joints.pan_rad > 0.0 else 1.0
+            self._last_turret_rad = joints.turret_rad
+        if joints.pan_rad * self._turret_sign < -limit + _AT_END_RAD:
+            self._towards_end = True
+        turned = math.remainder(joints.turret_rad - self._last_turret_rad, math.tau)
+        self._turned_rad += abs(turned)
+        self._last_turret_rad = joints.turret_rad
+        high = self._turned_rad % (2.0 * config.search_turn_rad) > config.search_turn_rad
+        return HeadAngles(
+            turret_rad=joints.turret_rad + self._turret_sign * config.search_lead_rad,
+            pan_rad=(1.0 if self._towards_end else -1.0) * self._turret_sign * limit,
+            tilt_rad=config.clip_tilt(
+                config.search_high_tilt_rad if high else config.search_tilt_rad
+            ),
+        )
+
 
 _WIDER_RAD = deg(5.0)
 """How much wider another pair of LEDs must be to change over to it. Chosen."""

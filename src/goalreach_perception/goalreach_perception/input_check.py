@@ -11,8 +11,6 @@ from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2
 
-__all__ = ['FrozenCamera', 'input_fault', 'odometry_jump']
-
 _MOVED_M, _TURNED_RAD = 0.005, 0.005
 """Motion that no two images look the same after: a pixel from a metre away; chosen."""
 

@@ -12,25 +12,17 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.ros_common_messages import MessageError
-from goalreach_msgs_py.ros_glimpse import Glimpse
-from goalreach_msgs_py.ros_input_watch import InputReporter
-from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
-from goalreach_msgs_py.ros_outbox import Outbox
-from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import NEWEST_QOS, RELIABLE_QOS, SENSOR_QOS
-from goalreach_msgs_py.ros_raw import subscribe_raw
-from goalreach_msgs_py.ros_raw_camera import (
-    camera_from_raw,
-    image_from_raw,
-)
-from goalreach_msgs_py.ros_raw_estimates import estimate_to_raw, landmarks_to_raw
-from goalreach_msgs_py.ros_raw_robot import (
-    head_from_raw,
-    head_to_raw,
-    odometry_from_raw,
-)
-from goalreach_msgs_py.ros_transforms import TransformPublisher, map_to_odom
+from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.ros.input_watch import InputReporter
+from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros.parameters import NodeConfig
+from goalreach_msgs_py.ros.raw_camera import camera_from_raw, image_from_raw
+from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw
+from goalreach_msgs_py.ros.raw_robot import head_from_raw, head_to_raw, odometry_from_raw
+from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.subscribe_raw import NEWEST_QOS, RELIABLE_QOS, SENSOR_QOS, subscribe_raw
+from goalreach_msgs_py.ros.throttled import Glimpse
+from goalreach_msgs_py.ros.transforms import TransformPublisher, map_to_odom
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     CAMERA_INFO,
@@ -42,11 +34,17 @@ from goalreach_msgs_py.topics import (
     ODOM,
     POSE,
 )
-from goalreach_perception.localizer import LandmarkLocalizer, LocalizerConfig, LocalizerOutput
-from goalreach_perception.ros_image_markers import image_markers
+from goalreach_perception.localizer import (
+    LandmarkLocalizer,
+)
+from goalreach_perception.localizer_config import (
+    LocalizerConfig,
+)
+from goalreach_perception.localizer_output import (
+    LocalizerOutput,
+)
+from goalreach_perception.ros.image_markers import image_markers
 from goalreach_perception.sensor_watch import SensorWatch
-
-__all__ = ['LandmarkLocalizerNode', 'main']
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0

@@ -10,13 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.detection import Image, SpotDetector
-from goalreach_perception.optics import Optics
+from goalreach_perception.detection import Image, SpotDetector, Spots
+from goalreach_perception.measurement_model import Optics
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.prediction import Prediction, innovation_distance2
-from goalreach_perception.spots import Spots
-
-__all__ = ['SeenLeds', 'correct_by', 'find_predicted']
 
 _WINDOW_SIGMAS = 4.0
 _LARGEST_HALF_PX = 80

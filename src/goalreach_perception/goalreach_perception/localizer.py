@@ -23,12 +23,9 @@ from goalreach_perception.localizer_output import (
     anywhere,
     observations,
 )
-from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS
-from goalreach_perception.optics import Optics
+from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS, Optics
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.pose_watch import Mode, PoseWatch
-
-__all__ = ['LandmarkLocalizer', 'LocalizerConfig', 'LocalizerCounters', 'LocalizerOutput']
 
 _START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
 """Given to a pose before the image it was solved from corrects it: next to no knowledge."""

@@ -6,19 +6,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import deg, inches
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig
-from goalreach_perception.filter_config import FilterConfig
-from goalreach_perception.head_config import HeadConfig
+from goalreach_perception.detection import DetectionConfig
+from goalreach_perception.head_tracker import HeadConfig
+from goalreach_perception.pose_filter import FilterConfig
 from goalreach_perception.pose_watch import WatchConfig
-from goalreach_perception.spots import DetectionConfig
-
-__all__ = ['LocalizerConfig']
 
 _LEAST_COORDINATES = 9
 

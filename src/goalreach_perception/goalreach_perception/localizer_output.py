@@ -10,8 +10,6 @@ import numpy as np
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
 from goalreach_perception.landmark_tracking import SeenLeds
 
-__all__ = ['LocalizerCounters', 'LocalizerOutput', 'anywhere', 'observations']
-
 
 class LocalizerCounters(NamedTuple):
     """What happened since the start.

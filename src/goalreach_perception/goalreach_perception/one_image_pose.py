@@ -22,8 +22,6 @@ from goalreach_perception.measurement_model import (
     state_jacobian,
 )
 
-__all__ = ['ImageGeometry', 'Solutions', 'solve_poses']
-
 _ITERATIONS = 5
 _FEWEST_ITERATIONS = 2
 _CONVERGED = 1e-4

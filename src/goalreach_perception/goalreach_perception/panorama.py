@@ -11,8 +11,6 @@ from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.measurement_model import Lens
 
-__all__ = ['Panorama', 'Sightings']
-
 _STILL_M = 0.01
 """A robot that moved less than this has not moved. Chosen."""
 _SAME_RAD = math.radians(0.5)

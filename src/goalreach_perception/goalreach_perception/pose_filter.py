@@ -18,18 +18,20 @@ estimates: near an LED, those of the survey would be wrong by more than a spot i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import wrap_angle
+from goalreach_msgs_py.angles import deg, wrap_angle
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.fading_memory import FadingMemory
-from goalreach_perception.filter_config import FilterConfig
 from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
-from goalreach_perception.odometry_motion import OdometryMotion
 from goalreach_perception.prediction import (
+    OdometryMotion,
     Prediction,
     add_to_diagonal,
     innovate,
@@ -37,7 +39,78 @@ from goalreach_perception.prediction import (
 )
 from goalreach_perception.tracking_model import View, expect_leds, offsets_from
 
-__all__ = ['PoseFilter']
+
+class FadingMemory:
+    """Takes constants as Ornstein-Uhlenbeck processes around their prior, with a long memory.
+
+    With a = exp(-dt / memory), the mean m becomes m0 + a (m - m0) and the covariance P becomes
+    a^2 P + (1 - a^2) P0. So small errors that repeat from image to image do not add up to false
+    certainty, and nothing drifts away for ever.
+
+    Args:
+        mean: (n,) prior mean.
+        sigmas: (n,) prior standard deviations.
+        fading: (n,) which states fade.
+        memory_s: Time constant.
+    """
+
+    def __init__(
+        self, mean: FloatArray, sigmas: FloatArray, fading: NDArray[np.bool_], memory_s: float
+    ) -> None:
+        self._mean = mean.copy()
+        self._variance = sigmas**2
+        self._fading = fading
+        self._memory_s = memory_s
+        self._factors: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
+
+    def fade(
+        self, mean: FloatArray, covariance: FloatArray, dt_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return mean and covariance after some time; infinite to forget all."""
+        if self._factors is None or self._factors[0] != dt_s:
+            keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
+            back = np.diag((1.0 - keep * keep) * self._variance)
+            self._factors = (dt_s, keep, np.outer(keep, keep), back)
+        _, keep, keep_both, back = self._factors
+        return self._mean + keep * (mean - self._mean), keep_both * covariance + back
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterConfig:
+    """Process noise and gates of the filter."""
+
+    slip_m_per_sqrt_m: float = parameter(
+        0.0002,
+        'Random part of the odometry, m per square root of a metre (1 sigma; chosen: small beside '
+        'the errors of scale and drift, which are states; with five times as much the covariance '
+        'was a tenth too large)',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    heading_walk_rad_per_sqrt_m: float = parameter(
+        deg(0.004),
+        'Random part of the heading, rad per square root of a metre (1 sigma; chosen as above)',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    memory_s: float = parameter(
+        1e5,
+        'How long biases and calibration are remembered, s (time constant; chosen: about a day; '
+        'then small errors that repeat from image to image do not add up to false certainty)',
+        minimum=1.0,
+        maximum=1e9,
+    )
+    led_gate: float = parameter(
+        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', minimum=1.0
+    )
+    joint_gate: float = parameter(
+        32.0, 'Largest squared distance of all LEDs of an image together (p = 2e-5)', minimum=1.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
 
 _ROUGHNESS = 1.7
 """Factor on the covariance of a pose after a rough start. Chosen: 1.3 on its sigmas."""

@@ -8,8 +8,6 @@ import enum
 
 from goalreach_msgs_py.parameters import check_fields, parameter
 
-__all__ = ['Mode', 'PoseWatch', 'WatchConfig']
-
 _PAIR = 2
 _BLIND_FRAMES = 50
 """Images without any LED, none being expected, that a pose is believed on; chosen: 2 s, in which

@@ -14,8 +14,6 @@ from goalreach_perception.detection import SpotDetector
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 
-__all__ = ['SensorWatch']
-
 _LOOK_FRAMES = 10
 """The whole image is looked at once in so many; chosen: it costs as much as ten windows."""
 

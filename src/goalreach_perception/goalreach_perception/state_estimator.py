@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from goalreach_msgs_py.angles import INCH_M, deg
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.regions import (
@@ -14,14 +15,11 @@ from goalreach_msgs_py.regions import (
     DEFAULT_Y_KNOTS_M,
     GOAL_REGION,
     RegionMap,
+    memberships,
     parse_region,
     region_name,
 )
-from goalreach_msgs_py.units import INCH_M, deg
 from goalreach_msgs_py.values import Confidence, FloatArray, PoseEstimate, RegionState
-from goalreach_perception.fuzzy_sets import memberships
-
-__all__ = ['StateEstimator', 'StateEstimatorConfig', 'probability_in_rectangle']
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 _REACH_SIGMA = 6.0

@@ -8,21 +8,17 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros_common_messages import MessageError
-from goalreach_msgs_py.ros_glimpse import Glimpse
-from goalreach_msgs_py.ros_input_watch import InputReporter
-from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
-from goalreach_msgs_py.ros_outbox import Outbox
-from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import DEEP_QOS, RELIABLE_QOS
-from goalreach_msgs_py.ros_raw import subscribe_raw
-from goalreach_msgs_py.ros_raw_estimates import estimate_from_raw
-from goalreach_msgs_py.ros_raw_state import state_to_raw
+from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.ros.input_watch import InputReporter
+from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros.parameters import NodeConfig
+from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw, state_to_raw
+from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-
-__all__ = ['StateEstimatorNode', 'main']
 
 _NAME = 'state_estimator'
 _THROTTLE_S = 5.0

@@ -17,8 +17,6 @@ import numpy as np
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
 
-__all__ = ['ExpectedLeds', 'View', 'expect_leds', 'offsets_from']
-
 
 class View(NamedTuple):
     """Where a camera looks, and its lens.

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 
-__all__ = ['ComplexArray', 'align', 'level_points', 'triangulate']
-
 ComplexArray = NDArray[np.complex128]
 
 _TINY = 1e-12

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ['DONE_S', 'Axis']
-
 _Piece = tuple[float, float, float]
 """Duration (s), acceleration, velocity at the end."""
 

@@ -2,16 +2,91 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from goalreach_msgs_py.angles import deg
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
+from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import FloatArray
-from goalreach_sim.occlusion import Post, is_hidden
 
-__all__ = ['CameraPose', 'CameraView']
+
+def emission_axes(landmarks_m: FloatArray, width_m: float, length_m: float) -> FloatArray:
+    """Return the direction in which each LED shines: into the arena, away from its wall.
+
+    Args:
+        landmarks_m: (n, 3) LEDs in `map`.
+        width_m: Arena size along x.
+        length_m: Arena size along y.
+
+    Returns:
+        (n, 3) level unit vectors, the inward normal of the nearest wall; the goal wall first
+        where two are as near.
+    """
+    normals = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    x_m, y_m = landmarks_m[:, 0], landmarks_m[:, 1]
+    gaps_m = np.stack([y_m, x_m, width_m - x_m, length_m - y_m], axis=1)
+    axes: FloatArray = normals[np.argmin(gaps_m, axis=1)]
+    return axes
+
+
+def emission_exponent(half_angle_rad: float) -> float:
+    """Return the exponent n for which cos(angle / 2)^n is one half at the half angle."""
+    return math.log(0.5) / math.log(math.cos(half_angle_rad / 2.0))
+
+
+def emission(cosine: float, exponent: float) -> float:
+    """Return the strength of an LED off its axis, relative to that on its axis.
+
+    A domed LED: cos(angle / 2)^n, smooth from one on the axis to nothing straight behind.
+
+    Args:
+        cosine: Cosine of the angle between its axis and the line of sight.
+        exponent: As `emission_exponent` gives it.
+    """
+    squared = 0.5 * (1.0 + cosine)  # cos^2 of half the angle
+    return float(squared ** (0.5 * exponent)) if squared > 0.0 else 0.0
+
+
+Post = tuple[float, float, float, float]
+"""x and y of its axis in `map`, radius, height: metres."""
+
+
+def posts_from_flat(values: Sequence[float]) -> tuple[Post, ...]:
+    """Return the posts of a flat sequence x, y, radius, height, x, y, ..."""
+    numbers = iter(values)
+    return tuple(zip(numbers, numbers, numbers, numbers, strict=True))
+
+
+def is_hidden(camera_m: Sequence[float], led_m: Sequence[float], posts: Sequence[Post]) -> bool:
+    """Return whether a post stands in the line of sight from the camera to an LED.
+
+    Args:
+        camera_m: Optical centre x, y, z in `map`.
+        led_m: LED x, y, z in `map`.
+        posts: The posts.
+    """
+    x_m, y_m, z_m = camera_m
+    dx_m, dy_m, dz_m = (led_m[k] - camera_m[k] for k in range(3))
+    square = dx_m * dx_m + dy_m * dy_m
+    if square == 0.0:
+        return False
+    for post_x_m, post_y_m, radius_m, height_m in posts:
+        nearest = ((post_x_m - x_m) * dx_m + (post_y_m - y_m) * dy_m) / square
+        gap_x_m = x_m + nearest * dx_m - post_x_m
+        gap_y_m = y_m + nearest * dy_m - post_y_m
+        chord = radius_m * radius_m - gap_x_m * gap_x_m - gap_y_m * gap_y_m
+        if chord <= 0.0:
+            continue
+        half = math.sqrt(chord / square)
+        enter, leave = max(nearest - half, 0.0), min(nearest + half, 1.0)
+        if enter < leave and z_m + min(enter * dz_m, leave * dz_m) <= height_m:
+            return True
+    return False
+
 
 _ROLLING_STEPS = 3
 """Fixed-point steps for the row of a moving LED; the error shrinks a hundredfold in each."""
@@ -126,3 +201,48 @@ def _monotonic_radius(camera: PinholeCamera) -> float:
     slope = 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3))
     turning = np.flatnonzero(slope <= 0.0)
     return float(radii[turning[0]]) if len(turning) else _WIDEST
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpticsConfig:
+    """How light becomes grey values; none of these figures is in the paper."""
+
+    dark_offset_dn: float = parameter(
+        10.0, 'Mean grey value without light; chosen', minimum=0.0, maximum=100.0
+    )
+    led_flux_dn: float = parameter(
+        18000.0,
+        'Sum of the grey values of an LED 1 m away on its axis; chosen so that its peak is 75 at '
+        '5 m',
+        minimum=0.0,
+        maximum=1e7,
+    )
+    led_radius_m: float = parameter(
+        0.0025,
+        'Radius of the glowing disc of an LED, m; a common 5 mm LED',
+        minimum=0.0,
+        maximum=0.1,
+    )
+    led_half_angle_rad: float = parameter(
+        deg(60),
+        'Angle from its axis at which an LED shines half as strongly, rad; chosen',
+        minimum=deg(5),
+        maximum=deg(175),
+    )
+    shot_noise: float = parameter(
+        0.0,
+        'Shot noise of light: standard deviation over the root of the grey value; 0 for none',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    rolling_exposure_s: float = parameter(
+        0.0,
+        'Time from the exposure of the top row to that of the bottom row, which is at the stamp, '
+        's; 0 where all rows are exposed at once, as by the CCD of the robot',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 import math
 
-__all__ = ['BISECTIONS', 'GRAZE', 'TOUCH_M', 'Walls', 'first_crossing']
-
 TOUCH_M = 1e-12
 """A gap of no more than this is contact; chosen, a thousand times the rounding of a coordinate."""
 

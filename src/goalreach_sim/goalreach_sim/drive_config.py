@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import deg, inches
-
-__all__ = ['DriveConfig', 'HeadConfig']
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import check_fields, parameter
 
-__all__ = ['FaultParameters', 'SimulatedFaults']
-
 _BUMPERS = 20
 
 

@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 from typing import Final, Protocol
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
-from goalreach_msgs_py.units import INCH_M
+from goalreach_msgs_py.angles import INCH_M, angle_difference, wrap_angle
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
-from goalreach_sim.bumpers import BUMPER_COUNT
 from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.nomad200 import (
     STATE_BUMPER,
@@ -24,8 +22,7 @@ from goalreach_sim.nomad200 import (
     STATE_VEL_STEER,
     STATE_VEL_TRANS,
 )
-
-__all__ = ['HostBase', 'HostLanguage']
+from goalreach_sim.sensors import BUMPER_COUNT
 
 _TENTH_INCH_M: Final = 0.1 * INCH_M
 _TENTH_DEGREE_RAD: Final = math.radians(0.1)

@@ -14,26 +14,11 @@ from collections.abc import Callable
 import math
 from typing import Final
 
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.units import INCH_M
 from goalreach_msgs_py.values import Pose2
 from goalreach_sim.axis import Axis
 from goalreach_sim.robot import Robot
-
-__all__ = [
-    'STATE_BUMPER',
-    'STATE_CONF_STEER',
-    'STATE_CONF_TURRET',
-    'STATE_CONF_X',
-    'STATE_CONF_Y',
-    'STATE_LENGTH',
-    'STATE_MOTOR_STATUS',
-    'STATE_SIM_SPEED',
-    'STATE_VEL_STEER',
-    'STATE_VEL_TRANS',
-    'STATE_VEL_TURRET',
-    'Nomad200',
-]
 
 STATE_SIM_SPEED: Final = 0
 STATE_BUMPER: Final = 33

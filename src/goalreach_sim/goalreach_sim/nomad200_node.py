@@ -13,28 +13,27 @@ from visualization_msgs.msg import MarkerArray
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.region_config import RegionConfig
-from goalreach_msgs_py.ros_common_messages import MessageError
-from goalreach_msgs_py.ros_node import Diagnostics, run_nodes
-from goalreach_msgs_py.ros_parameters import NodeConfig
-from goalreach_msgs_py.ros_qos import LATCHED_QOS, RELIABLE_QOS
-from goalreach_msgs_py.ros_raw import subscribe_raw
-from goalreach_msgs_py.ros_raw_robot import (
-    head_from_raw,
-    twist_from_raw,
-)
+from goalreach_msgs_py.regions import RegionConfig
+from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
+from goalreach_msgs_py.ros.parameters import NodeConfig
+from goalreach_msgs_py.ros.raw_robot import head_from_raw, twist_from_raw
+from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Pose2
 from goalreach_sim.faults import FaultParameters, SimulatedFaults
-from goalreach_sim.ros_command_guard import CommandGuard
-from goalreach_sim.ros_frame_publisher import FramePublisher
-from goalreach_sim.ros_lockstep import LockstepClock
-from goalreach_sim.ros_markers import arena_markers
-from goalreach_sim.ros_realtime import RealtimeClock
-from goalreach_sim.simulator import Simulator, SimulatorConfig
-from goalreach_sim.time_config import TimeConfig
-
-__all__ = ['Nomad200Node', 'main']
+from goalreach_sim.pacing import TimeConfig
+from goalreach_sim.ros.command_guard import CommandGuard
+from goalreach_sim.ros.frame_publisher import FramePublisher
+from goalreach_sim.ros.lockstep import LockstepClock
+from goalreach_sim.ros.markers import arena_markers
+from goalreach_sim.ros.realtime import RealtimeClock
+from goalreach_sim.simulator import (
+    Simulator,
+)
+from goalreach_sim.simulator_config import (
+    SimulatorConfig,
+)
 
 _NAME = 'nomad200'
 _THROTTLE_S = 5.0

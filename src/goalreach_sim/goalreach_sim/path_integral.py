@@ -12,15 +12,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-__all__ = [
-    'GAUSS_NODES',
-    'PANEL_RAD',
-    'SOON_S',
-    'Motion',
-    'displacement',
-    'quarter_turn_time',
-]
-
 # Abscissae and weights on [-1, 1]; Abramowitz and Stegun, table 25.4.
 _ROOT = 2.0 * math.sqrt(10.0 / 7.0)
 _INNER, _OUTER = math.sqrt(5.0 - _ROOT) / 3.0, math.sqrt(5.0 + _ROOT) / 3.0

@@ -18,13 +18,10 @@ from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
 from goalreach_sim.axis import Axis
-from goalreach_sim.bumpers import pressed_bumpers
 from goalreach_sim.contact import TOUCH_M, Walls, first_crossing
 from goalreach_sim.drive_config import DriveConfig
-from goalreach_sim.odometry import WheelOdometry
 from goalreach_sim.path_integral import Motion, displacement, quarter_turn_time
-
-__all__ = ['NOTHING_S', 'Robot']
+from goalreach_sim.sensors import WheelOdometry, pressed_bumpers
 
 NOTHING_S = 1e-12
 """Less time than this is none: rounding of sums of steps."""

@@ -13,18 +13,14 @@ from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, real_lens
-from goalreach_sim.camera_view import CameraPose
+from goalreach_sim.camera_view import CameraPose, posts_from_flat
 from goalreach_sim.contact import Walls
 from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.head import PanTiltHead
 from goalreach_sim.nomad200 import Nomad200
-from goalreach_sim.occlusion import posts_from_flat
 from goalreach_sim.robot import Robot
-from goalreach_sim.run_errors import draw_run_errors
-from goalreach_sim.sensor_frame import SensorFrame
+from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatorConfig
-
-__all__ = ['SensorFrame', 'Simulator', 'SimulatorConfig']
 
 
 class Simulator:

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from goalreach_msgs_py.angles import deg
 from goalreach_msgs_py.arena import (
     BODY_RADIUS_M,
     DEFAULT_LANDMARKS_M,
@@ -19,12 +20,9 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import check_fields, parameter
-from goalreach_msgs_py.units import deg
 from goalreach_msgs_py.values import FloatArray, Pose2
-from goalreach_sim.camera_config import OpticsConfig
+from goalreach_sim.camera_view import OpticsConfig
 from goalreach_sim.drive_config import DriveConfig, HeadConfig
-
-__all__ = ['SimulatorConfig']
 
 
 def _flat(landmarks_m: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:

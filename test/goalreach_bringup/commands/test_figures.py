@@ -54,7 +54,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> dict[str, Figure]:
         figures[name] = figure
         return ()
 
-    monkeypatch.setattr('goalreach_bringup.figures.figure_file.write_figure', note)
+    monkeypatch.setattr('goalreach_evaluation.figures.figure_file.write_figure', note)
     return figures
 
 

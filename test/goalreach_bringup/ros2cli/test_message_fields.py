@@ -8,8 +8,8 @@ import pytest
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Bool, Float64, Int8, String
 
-from goalreach_bringup.ros2cli.errors import CommandError
 from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
+from goalreach_msgs_py.errors import CommandError
 
 
 def test_nested_fields_are_set_and_the_others_stay() -> None:

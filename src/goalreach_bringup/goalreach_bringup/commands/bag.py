@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-__all__ = ['SUMMARY', 'configure', 'execute']
-
 SUMMARY = 'Look into a bag: info, plot, export, compare; make a reference'
 
 _REFERENCE_START = '0.6,2.0,-90'
@@ -71,8 +69,8 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _info(options: argparse.Namespace) -> int:
-    from goalreach_bringup.bags.bag_reader_file import BagReader
-    from goalreach_bringup.bags.report import show_bag
+    from goalreach_bags.reader import BagReader
+    from goalreach_bags.report import show_bag
 
     with BagReader(options.bag) as bag:
         show_bag(bag)
@@ -80,10 +78,10 @@ def _info(options: argparse.Namespace) -> int:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from goalreach_bringup.bags.bag_reader_file import BagReader
-    from goalreach_bringup.bags.run_figures import run_figures
-    from goalreach_bringup.bags.run_series import read_run_series
-    from goalreach_bringup.figures.figure_file import write_figure
+    from goalreach_bags.reader import BagReader
+    from goalreach_bags.run_figures import run_figures
+    from goalreach_bags.run_series import read_run_series
+    from goalreach_evaluation.figures.figure_file import write_figure
 
     with BagReader(options.bag) as bag:
         series = read_run_series(bag)
@@ -95,10 +93,9 @@ def _plot(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from goalreach_bringup.bags.bag_reader_file import BagReader
-    from goalreach_bringup.bags.decoder import Decoder
-    from goalreach_bringup.bags.table import MessageTable
-    from goalreach_bringup.bags.table_file import write_table
+    from goalreach_bags.decode import Decoder
+    from goalreach_bags.export import MessageTable, write_table
+    from goalreach_bags.reader import BagReader
 
     topic = options.topic if options.topic.startswith('/') else f'/{options.topic}'
     table = MessageTable(max_array=options.max_array)
@@ -129,10 +126,10 @@ def _reference(options: argparse.Namespace) -> int:
 
 def _compare(options: argparse.Namespace) -> int:
     """Print a table; return 1 where the bags differ."""
-    from goalreach_bringup.bags.bag_reader_file import BagReader
-    from goalreach_bringup.bags.compare import WALL_CLOCK_TOPICS, compare_bags
-    from goalreach_bringup.bags.report import show_comparison
-    from goalreach_bringup.bags.selection import TopicSelection
+    from goalreach_bags.compare import WALL_CLOCK_TOPICS, compare_bags
+    from goalreach_bags.reader import BagReader
+    from goalreach_bags.report import show_comparison
+    from goalreach_bags.topic import TopicSelection
 
     exclude = options.exclude or [f'^{name}$' for name in WALL_CLOCK_TOPICS]
     selection = TopicSelection(names=tuple(options.topics), exclude=tuple(exclude))

@@ -6,10 +6,8 @@ import argparse
 import os
 import secrets
 
-from goalreach_bringup.arena_option import add_arena_option
+from goalreach_evaluation.choices import add_arena_option
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
-
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
 
@@ -47,9 +45,9 @@ def execute(options: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         reason = f'needs {error.name}: install the extra, pip install "goalreach[dashboard]"'
         raise GoalreachError(reason) from None
-    from goalreach_bringup.arena_choice import choose_arena
-    from goalreach_bringup.dashboard.listening import TOKEN_VARIABLE, bind, is_loopback, url
-    from goalreach_bringup.dashboard.ros_main import serve
+    from goalreach_dashboard.ros.graph import serve
+    from goalreach_dashboard.web.access import TOKEN_VARIABLE, bind, is_loopback, url
+    from goalreach_evaluation.choices import choose_arena
 
     local = is_loopback(options.host)
     token = os.environ.get(TOKEN_VARIABLE) or None

@@ -8,14 +8,13 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING
 
-from goalreach_bringup.arena_option import add_arena_option
-from goalreach_bringup.run.options import MODES
+from goalreach_bringup.launch.options import MODES
+from goalreach_evaluation.choices import add_arena_option
 from goalreach_msgs_py.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from goalreach_bringup.evaluation import EvaluationPlan, SessionResult
+    from goalreach_evaluation.sessions import EvaluationPlan, SessionResult
 
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
 
@@ -46,11 +45,11 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: An option or a file is refused.
     """
-    from goalreach_bringup.evaluation import evaluate
-    from goalreach_bringup.path_tally import PathTally
-    from goalreach_bringup.summary_file import summarise, write_summary
-    from goalreach_bringup.terminal import progress_bar, show_paths_table
-    from goalreach_msgs_py.atomic_file import require_writable
+    from goalreach_evaluation.path_metrics import PathTally
+    from goalreach_evaluation.sessions import evaluate
+    from goalreach_evaluation.summary_file import summarise, write_summary
+    from goalreach_evaluation.terminal import progress_bar, show_paths_table
+    from goalreach_msgs_py.files import require_writable
 
     if options.json:
         require_writable(options.json)
@@ -79,12 +78,12 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> EvaluationPlan:
-    from goalreach_bringup.arena_choice import choose_arena, choose_policy
-    from goalreach_bringup.evaluation import EvaluationPlan
-    from goalreach_bringup.noise_file import choose_noise
-    from goalreach_bringup.run.plan import RunSeeds
-    from goalreach_bringup.starts import starts_of
-    from goalreach_learning.controller import ControllerConfig
+    from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
+    from goalreach_evaluation.sessions import EvaluationPlan
+    from goalreach_evaluation.starts import RunSeeds, starts_of
+    from goalreach_learning.controller_config import (
+        ControllerConfig,
+    )
 
     if options.seed < 0:
         raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')

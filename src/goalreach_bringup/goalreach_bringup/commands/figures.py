@@ -6,16 +6,15 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from goalreach_bringup.arena_option import add_arena_option
+from goalreach_evaluation.choices import add_arena_option
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from goalreach_bringup.figures.evaluation_file import Evaluation
+    from goalreach_evaluation.figures.evaluation_file import Evaluation
     from goalreach_learning.policy import Policy
     from goalreach_msgs_py.arena import Arena
 
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Draw every figure of the paper from a policy and an evaluation, as SVG and PNG'
 
@@ -52,8 +51,8 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: A file cannot be read or written.
     """
-    from goalreach_bringup.arena_choice import choose_arena, choose_policy
-    from goalreach_bringup.figures.figure_file import write_figure
+    from goalreach_evaluation.choices import choose_arena, choose_policy
+    from goalreach_evaluation.figures.figure_file import write_figure
 
     arena = choose_arena(options.arena)
     if options.policy is None:
@@ -71,10 +70,10 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _animate(options: argparse.Namespace, arena: Arena, policy: Policy) -> Path:
-    from goalreach_bringup.figures.animation_file import write_animation
-    from goalreach_bringup.figures.evaluation_file import read_evaluation
-    from goalreach_bringup.figures.path_animation import Course, animate
-    from goalreach_bringup.figures.policy_figures import course_tracks
+    from goalreach_evaluation.figures.evaluation_file import read_evaluation
+    from goalreach_evaluation.figures.figure_file import write_animation
+    from goalreach_evaluation.figures.path_animation import Course, animate
+    from goalreach_evaluation.figures.policy_figures import course_tracks
 
     if options.evaluation is not None:
         evaluation = read_evaluation(options.evaluation)
@@ -90,7 +89,7 @@ def _animate(options: argparse.Namespace, arena: Arena, policy: Policy) -> Path:
 
 
 def _figures(options: argparse.Namespace, arena: Arena, policy: Policy) -> dict[str, Figure]:
-    from goalreach_bringup.figures import policy_figures, region_figures
+    from goalreach_evaluation.figures import policy_figures, region_figures
 
     learned = options.policy.name if options.policy else f'learned with seed {options.seed}'
     figures = {
@@ -119,14 +118,16 @@ def _evaluation(options: argparse.Namespace, arena: Arena, policy: Policy) -> Ev
     """Return the paths of the file, or those driven now, or None."""
     import numpy as np
 
-    from goalreach_bringup.evaluation import EvaluationPlan, evaluate
-    from goalreach_bringup.figures.evaluation_file import (
+    from goalreach_evaluation.figures.evaluation_file import (
         Evaluation,
         RecordedPath,
         read_evaluation,
     )
-    from goalreach_bringup.run.plan import RunSeeds
-    from goalreach_learning.controller import ControllerConfig
+    from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+    from goalreach_evaluation.starts import RunSeeds
+    from goalreach_learning.controller_config import (
+        ControllerConfig,
+    )
     from goalreach_msgs_py.noise import noise_preset
 
     if options.evaluation is not None:

@@ -6,12 +6,9 @@ import argparse
 from pathlib import Path
 import time
 
-from goalreach_bringup.bags.recording import RecordOptions
-from goalreach_bringup.bags.selection import TopicSelection
-from goalreach_bringup.bags.storage import STORAGES, StorageOptions
+from goalreach_bags.recording import RecordOptions
+from goalreach_bags.topic import STORAGES, StorageOptions, TopicSelection
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
-
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Record the running graph into a rosbag2 directory, or repair one'
 
@@ -51,11 +48,11 @@ def execute(options: argparse.Namespace) -> int:
     if options.repair:
         if options.bag is None:
             raise ConfigurationError('--repair', '', 'followed by the bag')
-        from goalreach_bringup.bags.repair_file import repair_bag
+        from goalreach_bags.repair import repair_bag
 
         print(repair_bag(options.bag))
         return 0
-    from goalreach_bringup.bags.ros_record import record
+    from goalreach_bags.ros.recorder import record
 
     result = record(_options(options))
     print(result)

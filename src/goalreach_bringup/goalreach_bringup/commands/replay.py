@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from goalreach_bringup.bags.selection import TopicSelection
-
-__all__ = ['SUMMARY', 'configure', 'execute']
+from goalreach_bags.topic import TopicSelection
 
 SUMMARY = 'Replay a rosbag2 directory into the graph, or through live perception'
 
@@ -55,16 +53,15 @@ def execute(options: argparse.Namespace) -> int:
         GoalreachError: The bag cannot be read or replayed.
     """
     if options.recompute:
-        from goalreach_bringup.bags.report import show_recomputation
-        from goalreach_bringup.bags.ros_recompute import recompute
+        from goalreach_bags.report import show_recomputation
+        from goalreach_bags.ros.recompute import recompute
 
         results = recompute(
             options.bag, tolerance=options.tolerance, params_file=options.params_file
         )
         show_recomputation(results, tolerance=options.tolerance)
         return 0 if all(result.same for result in results) else 1
-    from goalreach_bringup.bags.replaying import ReplayOptions
-    from goalreach_bringup.bags.ros_replay import replay
+    from goalreach_bags.ros.player import ReplayOptions, replay
 
     selection = TopicSelection(
         names=tuple(options.topics),

@@ -8,8 +8,6 @@ import shutil
 import sys
 from typing import Final
 
-__all__ = ['SUMMARY', 'configure', 'execute']
-
 SUMMARY: str = 'look at the running graph with the words of ros2: topic, node, param, service'
 
 _HANDED_OVER: Final = 'GOALREACH_ROS2_HANDED_OVER'

@@ -5,12 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from goalreach_bringup.arena_option import add_arena_option
-from goalreach_bringup.bags.storage import STORAGES
-from goalreach_bringup.run.options import MODES, RunOptions, parse_start
+from goalreach_bags.topic import STORAGES
+from goalreach_bringup.launch.options import MODES, RunOptions, parse_start
+from goalreach_evaluation.choices import add_arena_option
 from goalreach_msgs_py.noise import NOISE_PRESETS
-
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Bring the graph up, one process per node, and drive'
 
@@ -72,7 +70,7 @@ def execute(arguments: argparse.Namespace) -> int:
     Raises:
         GoalreachError: An option, a file or a parameter is refused, or a node died.
     """
-    from goalreach_bringup.run.ros_session import RunSession
+    from goalreach_bringup.launch.ros.session import RunSession
 
     return RunSession(_options(arguments)).execute()
 

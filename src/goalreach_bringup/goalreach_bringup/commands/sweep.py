@@ -10,13 +10,12 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from goalreach_bringup.run.options import MODES
+from goalreach_bringup.launch.options import MODES
 from goalreach_msgs_py.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from goalreach_bringup.sweeps.case import SweepCase
+    from goalreach_evaluation.sweep import SweepCase
 
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = 'Learn and drive over seeds x noise x arenas, on processes or on a Dask cluster'
 
@@ -41,9 +40,9 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: An option or a file is refused, or workers keep dying.
     """
-    from goalreach_bringup.json_lines_file import append_line, read_lines
-    from goalreach_bringup.sweeps.runner import run_sweep
-    from goalreach_msgs_py.atomic_file import require_writable
+    from goalreach_evaluation.summary_file import append_line, read_lines
+    from goalreach_evaluation.sweep import run_sweep
+    from goalreach_msgs_py.files import require_writable
 
     for name in ('seeds', 'drives', 'jobs'):
         if getattr(options, name) < 1:
@@ -59,9 +58,8 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> list[SweepCase]:
-    from goalreach_bringup.arena_choice import choose_arena
-    from goalreach_bringup.noise_file import choose_noise
-    from goalreach_bringup.sweeps.case import SweepCase
+    from goalreach_evaluation.choices import choose_arena, choose_noise
+    from goalreach_evaluation.sweep import SweepCase
 
     return [
         SweepCase(
@@ -80,7 +78,7 @@ def _cases(options: argparse.Namespace) -> list[SweepCase]:
 
 
 def _executor(options: argparse.Namespace) -> Callable[[], AbstractContextManager[Executor]]:
-    from goalreach_bringup.sweeps.executors import dask_workers, processes
+    from goalreach_evaluation.sweep import dask_workers, processes
 
     if options.engine == 'dask' or options.scheduler:
         return functools.partial(dask_workers, options.jobs, options.scheduler)
@@ -91,7 +89,7 @@ def _show(results: Sequence[dict[str, Any]]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from goalreach_bringup.bench.learning import wilson_interval
+    from goalreach_evaluation.path_metrics import wilson_interval
 
     table = Table('arena', 'noise', 'mode', 'seeds', 'paths', 'to the goal', '95 % interval')
     groups: dict[tuple[str, str, str], list[dict[str, int]]] = {}

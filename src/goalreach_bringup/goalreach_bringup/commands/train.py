@@ -9,13 +9,12 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Any
 
-from goalreach_bringup.arena_option import add_arena_option
+from goalreach_evaluation.choices import add_arena_option
 
 if TYPE_CHECKING:
     from goalreach_learning.policy import Policy
     from goalreach_learning.training import TrainingResult
 
-__all__ = ['SUMMARY', 'configure', 'execute']
 
 SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it to a file"
 
@@ -48,11 +47,17 @@ def execute(options: argparse.Namespace) -> int:
     """
     import numpy as np
 
-    from goalreach_bringup.arena_choice import choose_arena
-    from goalreach_bringup.summary_file import write_summary
-    from goalreach_bringup.terminal import progress_bar
+    from goalreach_evaluation.choices import choose_arena
+    from goalreach_evaluation.summary_file import write_summary
+    from goalreach_evaluation.terminal import progress_bar
     from goalreach_learning.policy_file import write_policy
-    from goalreach_learning.training import LearningConfig, greedy_successes, train
+    from goalreach_learning.q_learning import (
+        LearningConfig,
+    )
+    from goalreach_learning.training import (
+        greedy_successes,
+        train,
+    )
     from goalreach_msgs_py.errors import ConfigurationError
 
     if options.seed < 0:
@@ -105,7 +110,7 @@ def _show(
 
 
 def _action_table(policy: Policy) -> str:
-    from goalreach_learning.actions import ACTIONS_DEG
+    from goalreach_learning.task import ACTIONS_DEG
     from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
 
     lines = [' ' * 8 + ''.join(f'{label:>12}' for label in X_LABELS)]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 
-__all__ = ['non_negative_int', 'positive_float', 'positive_int']
-
 
 def positive_int(text: str) -> int:
     """Return the integer, which must be 1 or more.
@@ -44,3 +42,7 @@ def positive_float(text: str) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError('value must be a positive number')
     return value
+
+
+class TerminatedError(Exception):
+    """The command was asked to end, by SIGTERM."""

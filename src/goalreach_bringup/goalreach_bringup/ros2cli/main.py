@@ -7,10 +7,8 @@ import importlib
 import sys
 from typing import Final
 
-from goalreach_bringup.ros2cli.errors import TerminatedError
+from goalreach_bringup.ros2cli.arguments import TerminatedError
 from goalreach_msgs_py.errors import GoalreachError
-
-__all__ = ['COMMANDS', 'main']
 
 COMMANDS: Final = {
     'node': 'Various node related sub-commands',

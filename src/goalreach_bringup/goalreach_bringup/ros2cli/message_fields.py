@@ -10,10 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import yaml
 
-from goalreach_bringup.ros2cli.errors import CommandError
-from goalreach_bringup.ros2cli.interface_types import message_class
-
-__all__ = ['Stamper', 'build_message', 'parse_values']
+from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.ros.interfaces import message_class
 
 Stamper: TypeAlias = Callable[[Any], None]
 """Puts a `builtin_interfaces/msg/Time` where the user wrote `now` or `auto`."""

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-__all__ = ['TextOptions', 'message_to_csv', 'message_to_yaml']
-
 _SEQUENCE = re.compile(r'sequence<(?P<of>.+?)(?:, (?P<bound>\d+))?>$')
 _ARRAY = re.compile(r'(?P<of>.+)\[(?P<size>\d+)\]$')
 _BOUNDED_STRING = re.compile(r'(w?string)<\d+>$')

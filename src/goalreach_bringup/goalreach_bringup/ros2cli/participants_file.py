@@ -9,8 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-__all__ = ['SOCKETS', 'count_local_participants']
-
 SOCKETS: Final = Path('/proc/net/udp')
 """Linux's table of the UDP sockets of this network namespace."""
 

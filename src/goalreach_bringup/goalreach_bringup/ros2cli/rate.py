@@ -6,8 +6,6 @@ from collections import deque
 from dataclasses import dataclass
 import math
 
-__all__ = ['ArrivalRate', 'RateSummary']
-
 _NS = 1e-9
 
 

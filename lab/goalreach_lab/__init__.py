@@ -1,0 +1,1 @@
+"""Benchmarks, studies, fault injection and fuzzing of goalreach itself."""

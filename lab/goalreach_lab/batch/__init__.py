@@ -1,0 +1,1 @@
+"""Thousands of robots and learning phases at once."""

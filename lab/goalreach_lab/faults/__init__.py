@@ -1,0 +1,1 @@
+"""Fault injection into live graphs, soak and start-stop tests."""

@@ -1,0 +1,201 @@
+"""The kinds of fault: what is done, what should come of it, and by which words it is named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CMD_VEL,
+    CONTROLLER,
+    HEAD_COMMAND,
+    IMAGE,
+    JOINT_STATES,
+    LOCALIZER,
+    NODES,
+    ODOM,
+    POSE,
+    ROBOT,
+    STATE,
+)
+
+_NO_LED = r'landmark_localizer.*(none of the expected LEDs|no LED was seen|LEDs are not where)'
+_RESTARTED: Final = 'restarted; the robot stands meanwhile and the path goes on'
+_WAITS: Final = 'the robot stands while it lasts, then drives on'
+_DRIVES_ON: Final = 'nothing but a word in the log'
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultKind:
+    """One kind of fault.
+
+    Attributes:
+        name: What happens, in a few words.
+        act: Which way of the injector does it.
+        target: Node, topic or parameter that it is done to.
+        amount: How much: seconds, a share, or a number of the parameter.
+        duration_s: How long, seconds of the graph's clock; 0 where it is a moment.
+        expected: What should come of it.
+        named: Regular expression of the words that report it.
+        ends_paths: Whether a path ends in it as a rule, by a bump or because it lasts so long: the
+            time to recover then counts all the same.
+    """
+
+    name: str
+    act: str
+    target: str = ''
+    amount: float = 0.0
+    duration_s: float = 2.0
+    expected: str = _WAITS
+    named: str
+    ends_paths: bool = False
+
+
+def _of_nodes() -> list[FaultKind]:
+    kinds = []
+    for node in NODES:
+        held = rf'{node}.*(held up|too slow)|\({node}\): nothing|{node}.*did not answer'
+        kinds += [
+            FaultKind(
+                name=f'{node} killed',
+                act='kill',
+                target=node,
+                duration_s=0.0,
+                expected=_RESTARTED,
+                named=rf'{node}: error: was ended by SIGKILL',
+            ),
+            FaultKind(name=f'{node} stopped', act='stop', target=node, duration_s=1.5, named=held),
+            FaultKind(name=f'{node} slowed', act='slow', target=node, duration_s=2.8, named=held),
+        ]
+    return kinds
+
+
+def _of_messages() -> list[FaultKind]:
+    def on(topic: str, effect: str, amount: float, words: str, what: str) -> FaultKind:
+        return FaultKind(
+            name=f'{topic} {what}',
+            act=effect,
+            target=topic,
+            amount=amount,
+            expected=_DRIVES_ON if effect in {'twice', 'order'} else _WAITS,
+            named=rf'{topic}.*({words})',
+        )
+
+    late, apart = 'behind|old is refused', 'behind|ahead|old is refused'
+    return [
+        *(on(t, 'late', 1.0, late, '1 s late') for t in (IMAGE, POSE, STATE, CMD_VEL)),
+        *(on(t, 'twice', 1.0, 'twice', 'doubled') for t in (IMAGE, CMD_VEL)),
+        *(on(t, 'order', 1.0, 'out of order', 'out of order') for t in (IMAGE, POSE)),
+        on(IMAGE, 'lost', 0.8, 'missing|nothing for', 'lost, 4 of 5'),
+        *(
+            on(t, 'lost', 1.0, 'missing|nothing for', 'lost')
+            for t in (JOINT_STATES, ODOM, STATE, BUMPERS, CMD_VEL, HEAD_COMMAND)
+        ),
+        *(on(t, 'shift', -5.0, apart, 'stamped 5 s in the past') for t in (IMAGE, POSE, CMD_VEL)),
+        *(on(t, 'shift', 5.0, apart, 'stamped 5 s in the future') for t in (IMAGE, POSE, CMD_VEL)),
+    ]
+
+
+def _of_sensors() -> list[FaultKind]:
+    return [
+        FaultKind(name='all LEDs dark', act='dark', amount=3.0, named=_NO_LED),
+        FaultKind(
+            name='one LED dark',
+            act='dark',
+            amount=1.0,
+            duration_s=3.0,
+            expected='drives on by the others, or searches for them',
+            named=rf'{LOCALIZER}.*LED \d|{_NO_LED}',
+        ),
+        FaultKind(
+            name='a fourth light',
+            act='light',
+            duration_s=3.0,
+            expected='drives on by the LEDs',
+            named=rf'{LOCALIZER}.*no LED',
+        ),
+        FaultKind(
+            name='camera frozen',
+            act='parameter',
+            target='faults.camera_frozen',
+            named=rf'{LOCALIZER}.*image',
+        ),
+        FaultKind(
+            name='odometry frozen',
+            act='parameter',
+            target='faults.odometry_frozen',
+            expected='drives on by the LEDs, or stands until it is over',
+            named=rf'{LOCALIZER}.*odometry',
+        ),
+        FaultKind(
+            name='a bumper stuck',
+            act='bumper',
+            duration_s=3.0,
+            expected='no driving while it is pressed',
+            named=rf'{CONTROLLER}.*bumper',
+            ends_paths=True,
+        ),
+        FaultKind(
+            name='carried by hand',
+            act='carry',
+            duration_s=0.0,
+            expected='the pose is given up at once, found again, and driven on',
+            named=rf'{LOCALIZER}.*(pose was given up|LEDs)',
+        ),
+        FaultKind(
+            name='placed elsewhere',
+            act='place',
+            duration_s=0.0,
+            expected='the pose is given up at once, found again, and driven on',
+            named=rf'{LOCALIZER}.*odometry jumped',
+        ),
+    ]
+
+
+def _of_surroundings() -> list[FaultKind]:
+    return [
+        FaultKind(name='clock stalled', act='stall', named=rf'{ROBOT}.*paused'),
+        FaultKind(
+            name='disk full for the recorder',
+            act='disk',
+            duration_s=0.0,
+            expected='the recorder closes its bag and says so; the run goes on',
+            named='recording stopped',
+            ends_paths=True,
+        ),
+        FaultKind(
+            name='a second stack in the domain',
+            act='stack',
+            duration_s=0.0,
+            expected='the second is refused; the first goes on',
+            named='another graph runs there',
+        ),
+        FaultKind(
+            name='a second publisher on /cmd_vel',
+            act='second',
+            amount=0.3,
+            expected='the robot obeys neither until one is gone',
+            named=rf'{ROBOT}.*nodes drive',
+        ),
+    ]
+
+
+KINDS: Final = (*_of_nodes(), *_of_messages(), *_of_sensors(), *_of_surroundings())
+"""All kinds, in the order of the table."""
+
+
+def choose_kinds(words: str) -> tuple[FaultKind, ...]:
+    """Return the kinds whose name holds one of the words, separated by commas; all for none.
+
+    Raises:
+        ConfigurationError: No kind holds one of them.
+    """
+    wanted = [word.strip() for word in words.split(',') if word.strip()]
+    if not wanted:
+        return KINDS
+    for word in wanted:
+        if not any(word in kind.name for kind in KINDS):
+            raise ConfigurationError('--kinds', word, 'a word of the name of a kind of fault')
+    return tuple(kind for kind in KINDS if any(word in kind.name for word in wanted))

@@ -1,0 +1,161 @@
+"""Gates between the nodes of a live graph, and an eye on what the robot does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import heapq
+import itertools
+import time
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+
+from goalreach_lab.faults.gate import Gate
+from goalreach_lab.faults.judge import Record
+from goalreach_msgs_py.ros.common_messages import MessageError, stamp_from_msg, twist_from_msg
+from goalreach_msgs_py.ros.estimate_messages import state_from_msg
+from goalreach_msgs_py.ros.learning_messages import transition_from_msg
+from goalreach_msgs_py.ros.sensor_messages import odometry_from_msg
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CAMERA_INFO,
+    CMD_VEL,
+    CONTROLLER,
+    DIAGNOSTICS,
+    ESTIMATOR,
+    GROUND_TRUTH,
+    HEAD_COMMAND,
+    IMAGE,
+    JOINT_STATES,
+    LOCALIZER,
+    ODOM,
+    POSE,
+    ROBOT,
+    STATE,
+    TRANSITION,
+)
+
+PREFIX: Final = '/faulty'
+_LINKS: Final = (
+    (IMAGE, Image, SENSOR_QOS, LOCALIZER),
+    (CAMERA_INFO, CameraInfo, SENSOR_QOS, LOCALIZER),
+    (JOINT_STATES, JointState, RELIABLE_QOS, LOCALIZER),
+    (ODOM, Odometry, RELIABLE_QOS, LOCALIZER),
+    (POSE, PoseWithCovarianceStamped, RELIABLE_QOS, ESTIMATOR),
+    (STATE, DiagnosticArray, RELIABLE_QOS, CONTROLLER),
+    (BUMPERS, LaserScan, RELIABLE_QOS, CONTROLLER),
+    (CMD_VEL, TwistStamped, RELIABLE_QOS, ROBOT),
+    (HEAD_COMMAND, JointState, RELIABLE_QOS, ROBOT),
+)
+GATED: Final = tuple(link[0] for link in _LINKS)
+_DEEP_QOS: Final = QoSProfile(depth=200)
+
+
+def gate_rules() -> list[str]:
+    """Return the remapping rules that put a gate before each input of each node."""
+    return [f'{node}:{topic}:={PREFIX}{topic}' for topic, _, _, node in _LINKS]
+
+
+class Gates:
+    """One gate for each topic between two nodes.
+
+    Args:
+        node: The node that has them.
+        speed: Seconds of the graph's clock in one of the wall's.
+        rng: Which messages are lost.
+    """
+
+    def __init__(self, node: Node, *, speed: float, rng: np.random.Generator) -> None:
+        """Open them all."""
+        self._speed = speed
+        self._order = itertools.count()
+        self._waiting: list[tuple[float, int, Any, bytes]] = []
+        self._gates: dict[str, Gate] = {}
+        for topic, kind, qos, _ in _LINKS:
+            self._gates[topic] = Gate(rng)
+            outlet = node.create_publisher(kind, PREFIX + topic, qos)
+            passing = self._passing(self._gates[topic], outlet)
+            node.create_subscription(kind, topic, passing, qos, raw=True)
+
+    def set(self, topic: str, effect: str = '', amount: float = 0.0) -> None:
+        """Begin an effect at a gate, or end it."""
+        self._gates[topic].set(effect, amount)
+
+    def _passing(self, gate: Gate, outlet: Any) -> Callable[[bytes], None]:
+        def arrive(data: bytes) -> None:
+            now_s = time.monotonic() * self._speed
+            for due_s, message in gate.arrive(data, now_s):
+                if due_s <= now_s:
+                    outlet.publish(message)
+                else:
+                    heapq.heappush(self._waiting, (due_s, next(self._order), outlet, message))
+
+        return arrive
+
+    def release(self) -> None:
+        """Let those pass that have waited long enough; to be called often."""
+        now_s = time.monotonic() * self._speed
+        while self._waiting and self._waiting[0][0] <= now_s:
+            _, _, outlet, message = heapq.heappop(self._waiting)
+            outlet.publish(message)
+
+
+def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
+    """Let a record see truth, state, commands and what the nodes report.
+
+    Args:
+        node: The node that looks.
+        record: What is to see it.
+        gated: Whether commands pass a gate before they reach the robot.
+    """
+
+    def on_truth(message: Odometry) -> None:
+        stamp_ns = stamp_from_msg(message.header.stamp)
+        record.truth(stamp_ns, odometry_from_msg(message), wall_s=time.monotonic())
+
+    def on_dated_truth(message: Odometry, info: Mapping[str, int]) -> None:
+        record.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
+        on_truth(message)
+
+    def on_state(message: DiagnosticArray) -> None:
+        record.state(stamp_from_msg(message.header.stamp), state_from_msg(message))
+
+    def on_command(message: TwistStamped) -> None:
+        try:
+            record.command(stamp_from_msg(message.header.stamp), twist_from_msg(message))
+        except MessageError as error:
+            record.lines.append(f'command: {error}')
+
+    create = node.create_subscription
+    # EventsExecutor, which gates need for their speed, knows no message info.
+    create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
+    create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
+    create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
+    _watch_reports(node, record)
+
+
+def _watch_reports(node: Node, record: Record) -> None:
+    def on_action(message: DiagnosticArray) -> None:
+        record.paths_ended += transition_from_msg(message).outcome is not None
+
+    def on_log(message: Log) -> None:
+        record.lines.append(f'{message.name}: {message.msg}')
+
+    def on_diagnostics(message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.level != DiagnosticStatus.OK:
+                values = ', '.join(f'{pair.key}: {pair.value}' for pair in status.values)
+                record.lines.append(f'{status.name}: {status.message} ({values})')
+
+    create = node.create_subscription
+    create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS)
+    create(Log, '/rosout', on_log, _DEEP_QOS)
+    create(DiagnosticArray, DIAGNOSTICS, on_diagnostics, _DEEP_QOS)

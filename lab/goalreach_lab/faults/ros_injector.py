@@ -1,0 +1,227 @@
+"""Does to a live stack what a kind of fault says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import math
+import os
+from pathlib import Path
+import resource
+import signal
+import subprocess
+import tempfile
+from typing import Any, Final
+
+from geometry_msgs.msg import PolygonStamped, TwistStamped
+import numpy as np
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import SetBool, Trigger
+
+from goalreach_evaluation.starts import random_starts
+from goalreach_lab.faults.kinds import FaultKind
+from goalreach_lab.faults.ros_gates import PREFIX
+from goalreach_lab.rigs.ros_bench_graph import BenchGraph
+from goalreach_lab.rigs.stack import goalreach_command
+from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.ros.common_messages import stamp_to_msg
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.topics import CMD_VEL, LANDMARKS, PAUSE_SERVICE, RESET_SERVICE, ROBOT
+
+_ANSWER_S: Final = 10.0
+_SLOW_STOPPED_S: Final = 0.6
+_SLOW_RUNNING_S: Final = 0.1
+_CLEARANCE_M: Final = 0.6
+_WRITES: Final = 400_000
+_ROOM: Final = 1_500_000
+_FULL_S: Final = 3.0
+_ARRAY = Parameter.Type.DOUBLE_ARRAY
+_NODE_ACTS: Final = ('stop', 'slow')
+
+
+class Injector:
+    """Does one fault after the other; every one is a generator that lasts as long as the fault.
+
+    Args:
+        graph: The stack under test.
+        rng: Where and which.
+    """
+
+    def __init__(self, graph: BenchGraph, rng: np.random.Generator) -> None:
+        """Make the clients."""
+        self._graph = graph
+        self._rng = rng
+        node = graph.node
+        self._parameters = AsyncParameterClient(node, ROBOT)
+        self._reset = node.create_client(Trigger, RESET_SERVICE)
+        self._pause = node.create_client(SetBool, PAUSE_SERVICE)
+        self._stranger = graph.add_node('stranger')
+        self._seen: list[int] = []
+        node.create_subscription(PolygonStamped, LANDMARKS, self._on_landmarks, RELIABLE_QOS)
+
+    def _on_landmarks(self, message: PolygonStamped) -> None:
+        points = message.polygon.points
+        self._seen = [led for led, point in enumerate(points) if not math.isnan(point.x)]
+
+    def inject(self, kind: FaultKind) -> None:
+        """Do a fault, let it last, and end it.
+
+        Raises:
+            GoalreachError: The stack does not do its part.
+        """
+        getattr(self, f'_{kind.act}', self._gate)(kind)
+
+    def _last(self, kind: FaultKind) -> None:
+        speed = 1.0 if kind.act in _NODE_ACTS else self._graph.speed
+        self._graph.serve(kind.duration_s / speed)
+
+    def _kill(self, kind: FaultKind) -> None:
+        os.kill(self._graph.running.node_pid(kind.target), signal.SIGKILL)
+
+    def _stop(self, kind: FaultKind) -> None:
+        pid = self._graph.running.node_pid(kind.target)
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            self._last(kind)
+        finally:
+            os.kill(pid, signal.SIGCONT)
+
+    def _slow(self, kind: FaultKind) -> None:
+        pid = self._graph.running.node_pid(kind.target)
+        for _ in range(round(kind.duration_s / (_SLOW_STOPPED_S + _SLOW_RUNNING_S))):
+            os.kill(pid, signal.SIGSTOP)
+            self._graph.serve(_SLOW_STOPPED_S)
+            os.kill(pid, signal.SIGCONT)
+            self._graph.serve(_SLOW_RUNNING_S)
+
+    def _gate(self, kind: FaultKind) -> None:
+        if self._graph.gates is None:
+            raise GoalreachError('this stack has no gates')
+        self._graph.gates.set(kind.target, kind.act, kind.amount)
+        self._last(kind)
+        self._graph.gates.set(kind.target)
+
+    def _parameter(self, kind: FaultKind) -> None:
+        self._set(kind.target, value=True)
+        self._last(kind)
+        self._set(kind.target, value=False)
+
+    def _dark(self, kind: FaultKind) -> None:
+        every = range(len(DEFAULT_LANDMARKS_M))
+        dark = every if kind.amount > 1 else [self._rng.choice(self._seen or every)]
+        self._set('faults.dark_leds', _ARRAY, [float(number) for number in dark])
+        self._last(kind)
+        self._set('faults.dark_leds', _ARRAY, [])
+
+    def _light(self, kind: FaultKind) -> None:
+        """Let a light shine between the LEDs that are seen."""
+        seen = [DEFAULT_LANDMARKS_M[led] for led in self._seen] or DEFAULT_LANDMARKS_M
+        x_m, y_m, z_m = np.mean(seen, axis=0).tolist()
+        across_m, up_m = self._rng.uniform(-0.15, 0.15, size=2).tolist()
+        self._set('faults.extra_light_m', _ARRAY, [x_m + across_m, y_m, z_m + up_m])
+        self._last(kind)
+        self._set('faults.extra_light_m', _ARRAY, [])
+
+    def _bumper(self, kind: FaultKind) -> None:
+        self._set('faults.stuck_bumper', value=int(self._rng.integers(20)))
+        self._last(kind)
+        self._set('faults.stuck_bumper', value=-1)
+
+    def _somewhere(self) -> list[float]:
+        pose = random_starts(Arena(), 1, self._rng, clearance_m=_CLEARANCE_M)[0]
+        turn_rad = self._rng.uniform(-0.5, 0.5) - math.pi / 2
+        return [pose.x_m, pose.y_m, turn_rad]
+
+    def _carry(self, _kind: FaultKind) -> None:
+        self._set('faults.carry_to', _ARRAY, self._somewhere())
+
+    def _place(self, _kind: FaultKind) -> None:
+        self.put(self._somewhere())
+
+    def put(self, pose: list[float]) -> None:
+        """Put the robot at a pose, as a path does that begins.
+
+        Raises:
+            GoalreachError: It does not answer, or there is a wall.
+        """
+        self._set('start_pose', _ARRAY, pose)
+        self._await(self._reset.call_async(Trigger.Request()))
+
+    def _pause_clock(self, *, on: bool) -> None:
+        self._await(self._pause.call_async(SetBool.Request(data=on)))
+
+    def _stall(self, kind: FaultKind) -> None:
+        self._pause_clock(on=True)
+        self._last(kind)
+        self._pause_clock(on=False)
+
+    def _disk(self, _kind: FaultKind) -> None:
+        """Let a recorder join, then take the room on its disk away."""
+        with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
+            bag = Path(folder) / 'bag'
+            process = self._start('record', str(bag))
+            try:
+                written = self._wait_for_bag(bag)
+                limit = written + _ROOM
+                resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
+                self._graph.serve_until(lambda: process.poll() is not None, _FULL_S)
+            finally:
+                self._finish(process)
+
+    def _wait_for_bag(self, bag: Path) -> int:
+        def size() -> int:
+            return sum(path.stat().st_size for path in bag.glob('*'))
+
+        if not self._graph.serve_until(lambda: size() > _WRITES, _ANSWER_S):
+            raise GoalreachError('the recorder does not write')
+        return size()
+
+    def _stack(self, _kind: FaultKind) -> None:
+        process = self._start('run', '--paths', '1', '--no-dashboard')
+        self._graph.serve_until(lambda: process.poll() is not None, 2 * _ANSWER_S)
+        self._finish(process)
+
+    def _start(self, *words: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            goalreach_command(*words),
+            env=self._graph.running.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def _finish(self, process: subprocess.Popen[str]) -> None:
+        """End a process, and note what it said."""
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        if not self._graph.serve_until(lambda: process.poll() is not None, _ANSWER_S):
+            process.kill()
+        text = process.communicate()[0]
+        self._graph.record.lines.extend(text.splitlines())
+
+    def _second(self, kind: FaultKind) -> None:
+        outlet = self._stranger.create_publisher(TwistStamped, PREFIX + CMD_VEL, RELIABLE_QOS)
+        for _ in self._ticks(kind.duration_s):
+            message = TwistStamped()
+            message.header.stamp = stamp_to_msg(self._graph.record.clock_ns)
+            message.twist.linear.x = kind.amount
+            outlet.publish(message)
+        self._stranger.destroy_publisher(outlet)
+
+    def _ticks(self, seconds: float) -> Iterator[int]:
+        for tick in range(round(25 * seconds)):
+            yield tick
+            self._graph.serve(0.04 / self._graph.speed)
+
+    def _set(self, name: str, kind: Parameter.Type | None = None, value: object = None) -> None:
+        parameter = Parameter(name, kind, value)
+        answer = self._await(self._parameters.set_parameters([parameter]))
+        if not answer.results[0].successful:
+            raise GoalreachError(answer.results[0].reason)
+
+    def _await(self, future: Any) -> Any:
+        if not self._graph.serve_until(future.done, _ANSWER_S):
+            raise GoalreachError('a service of the robot does not answer')
+        return future.result()

@@ -1,0 +1,133 @@
+"""Bad parameters and options."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+from typing import Any, Final
+
+import numpy as np
+
+from goalreach_bringup.commands import run
+from goalreach_bringup.launch.options import parse_start
+from goalreach_bringup.launch.plan import choose_starts, plan_parameters
+from goalreach_evaluation.starts import RunSeeds
+from goalreach_lab.fuzz.mutation import NASTY, mutate_value, nasty
+from goalreach_lab.fuzz.reader import Reader, require_finite
+from goalreach_learning.controller_config import (
+    ControllerConfig,
+)
+from goalreach_learning.mission import MissionConfig
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.parameters import build_config, flatten_config
+from goalreach_msgs_py.regions import RegionConfig
+from goalreach_msgs_py.topics import NODES
+from goalreach_perception.localizer_config import (
+    LocalizerConfig,
+)
+from goalreach_perception.state_estimator import StateEstimatorConfig
+from goalreach_sim.faults import FaultParameters
+from goalreach_sim.pacing import TimeConfig
+from goalreach_sim.simulator_config import (
+    SimulatorConfig,
+)
+
+_CLASSES: Final[tuple[type[object], ...]] = (
+    SimulatorConfig,
+    TimeConfig,
+    RegionConfig,
+    FaultParameters,
+    LocalizerConfig,
+    StateEstimatorConfig,
+    ControllerConfig,
+    MissionConfig,
+)
+_WORDS: Final = (
+    '--policy', '--mode', '--paths', '--arena', '--starts', '--start', '--clock', '--speed',
+    '--noise', '--learn', '--record', '--storage', '--composed', '--params-file', '--summary',
+    '--quiet', '--remap', '--seed', '--help-me', '--', '-x',
+)  # fmt: skip
+_VALUES: Final = (
+    'fuzzy', 'crisp', 'random', 'paper', 'lockstep', 'realtime', 'nominal', 'mcap', '1', '-1', '0',
+    '1e999', 'nan', 'inf', '99999999999999999999', '1.5', '', ' ', '1,2,3', '1,2', 'nan,1,2',
+    '1e400,1,1', '0.6,4.5,-90', 'a:=b', '\u202e', '\0', '/', '..', 'x' * 5000,
+)  # fmt: skip
+
+
+class _RefusedError(GoalreachError):
+    """The parser of the command line refused, with its own words."""
+
+
+def configuration_readers() -> list[Reader]:
+    """Return the readers of node parameters, of the parameters of a run, and of options."""
+    return [
+        Reader(name='node parameters', attempt=_node_parameters),
+        Reader(name='parameters of a run', attempt=_run_parameters),
+        Reader(name='options of run', attempt=_options),
+        Reader(name='--start', attempt=_start),
+    ]
+
+
+def _node_parameters(rng: np.random.Generator) -> object:
+    cls = _CLASSES[rng.integers(len(_CLASSES))]
+    values = flatten_config(cls())
+    for _ in range(int(rng.integers(1, 3))):
+        name = list(values)[rng.integers(len(values))]
+        values[name] = _worse(values[name], rng)
+    config = build_config(cls, values)
+    require_finite(config, cls.__name__)
+    return config
+
+
+def _worse(value: Any, rng: np.random.Generator) -> Any:
+    return mutate_value(list(value) if isinstance(value, tuple) else value, rng)
+
+
+def _run_parameters(rng: np.random.Generator) -> object:
+    """Plan a run with a parameter file that holds anything."""
+    arena, seeds = Arena(), RunSeeds.spawn(int(rng.integers(2**31)))
+    options = run._options(_parse([]))  # noqa: SLF001 - what the command makes of its options
+    starts = choose_starts(options, arena, seeds)
+    sound = plan_parameters(
+        options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user={}
+    )
+    node = NODES[rng.integers(len(NODES))]
+    names = [*sound[node], 'no_such_parameter']
+    user = {node: {names[rng.integers(len(names))]: nasty(rng) for _ in range(2)}}
+    parameters = plan_parameters(
+        options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user=user
+    )
+    require_finite(parameters, 'parameters')
+    return parameters
+
+
+def _parse(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='goalreach run')
+    parser.add_argument('--seed', type=int, default=0)
+    run.configure(parser)
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+            return parser.parse_args(words)
+    except SystemExit:
+        raise _RefusedError(said.getvalue().strip().splitlines()[-1][:1000]) from None
+
+
+def _options(rng: np.random.Generator) -> object:
+    words: list[str] = []
+    for _ in range(int(rng.integers(1, 6))):
+        words.append(_WORDS[rng.integers(len(_WORDS))])
+        if rng.random() < 0.8:  # noqa: PLR2004
+            words.append(_VALUES[rng.integers(len(_VALUES))])
+    options = run._options(_parse(words))  # noqa: SLF001
+    require_finite(options.start_poses, 'start')
+    return options
+
+
+def _start(rng: np.random.Generator) -> object:
+    numbers = [str(NASTY[rng.integers(len(NASTY))]) for _ in range(int(rng.integers(1, 5)))]
+    pose = parse_start(','.join(numbers))
+    require_finite(pose, 'start')
+    return pose

@@ -1,0 +1,218 @@
+"""Files that every reader of ours takes, to be broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import json
+from pathlib import Path
+import shutil
+from typing import Any, Final
+
+import numpy as np
+import yaml
+
+from goalreach_bags.reader import BagReader
+from goalreach_bags.repair import repair_bag
+from goalreach_bags.topic import BagError, BagTopic, QosOffer, StorageOptions, message_definition
+from goalreach_bags.writer import BagWriter
+from goalreach_evaluation.choices import choose_arena, read_noise
+from goalreach_evaluation.figures.evaluation_file import read_evaluation
+from goalreach_lab.fuzz.file_target_file import FileTarget
+from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
+from goalreach_lab.fuzz.reader import Reader
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import read_policy, write_policy
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena_file import read_arena
+from goalreach_msgs_py.parameter_file import read_parameters
+from goalreach_msgs_py.topics import NODES
+
+_STRING: Final = 'std_msgs/msg/String'
+_EVALUATION: Final[dict[str, Any]] = {
+    'seed': 7,
+    'mode': 'fuzzy',
+    'policy': 'policy.json',
+    'success_rate': 1.0,
+    'config': {'noise': 'nominal'},
+    'paths': [
+        {'start': [1.0, 4.0, 0.0], 'outcome': 'goal', 'trace': [[1.0, 4.0], [1.1, 3.9]]},
+        {'start': [2.0, 4.0, 0.0], 'outcome': 'bump', 'trace': None},
+    ],
+}
+_NOISE: Final = {'read_noise_dn': 2.0, 'dropout_probability': 0.1, 'spot_sigma_px': 1.5}
+_PARAMETERS: Final = {
+    '/**': {'ros__parameters': {'use_sim_time': True}},
+    'nomad200': {'ros__parameters': {'speed': 2.0, 'noise': {'read_noise_dn': 2.0}}},
+    'landmark_localizer': {'ros__parameters': {'landmarks_m': [0.9, 0.0, 1.4] * 3}},
+    'goal_reaching_controller': {'ros__parameters': {'mode': 'crisp', 'learning.alpha': 0.2}},
+}
+_ARENA: Final = {
+    'name': 'test',
+    'width_m': 2.4,
+    'length_m': 5.08,
+    'leds_m': [[0.6, 0.0, 1.42], [1.2, 0.5, 1.83], [1.8, 0.0, 1.63]],
+    'regions': {
+        'x_borders_m': [0.8, 1.6],
+        'y_borders_m': [1.7, 3.4],
+        'transition_width_m': 0.4,
+        'goal': 'FRONT/NEAR',
+    },
+    'starts': {'border': 22},
+}
+
+
+def _as_json(value: object) -> bytes:
+    return json.dumps(value, default=repr).encode('utf-8', errors='replace')
+
+
+def _as_yaml(value: object) -> bytes:
+    return yaml.safe_dump(value, sort_keys=False).encode('utf-8', errors='replace')
+
+
+def _as_it_is(value: object) -> bytes:
+    return value if isinstance(value, bytes) else b''
+
+
+def document_readers(folder: Path) -> list[Reader]:
+    """Return the readers of JSON and YAML files.
+
+    Args:
+        folder: Where the broken files are written.
+    """
+    return [_documents(target) for target in document_targets(folder)]
+
+
+def document_targets(folder: Path) -> list[FileTarget]:
+    """Return the JSON and YAML files, written to a folder."""
+    sound = folder / 'sound.json'
+    write_policy(sound, Policy.unlearned(Arena().regions))
+    policy = json.loads(sound.read_text(encoding='utf-8'))
+
+    def target(
+        name: str,
+        value: object,
+        write: Callable[[object], bytes],
+        read: Callable[[Path], object],
+        *,
+        finite: bool = True,
+    ) -> FileTarget:
+        path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
+        return FileTarget(name=name, sound=value, write=write, path=path, read=read, finite=finite)
+
+    return [
+        target('policy file', policy, _as_json, read_policy),
+        target('arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
+        target('arena file, read alone', _ARENA, _as_yaml, read_arena),
+        target('noise file', _NOISE, _as_yaml, read_noise),
+        target(
+            'parameter file',
+            _PARAMETERS,
+            _as_yaml,
+            lambda path: read_parameters(path, NODES),
+            finite=False,
+        ),
+        target('evaluation file', _EVALUATION, _as_json, read_evaluation),
+    ]
+
+
+def bag_targets(folder: Path) -> list[FileTarget]:
+    """Return the files of bags, each beside the others of a sound bag."""
+    targets = []
+    for storage, pattern in (('mcap', '*.mcap'), ('sqlite3', '*.db3'), ('mcap', '*.yaml')):
+        bag = folder / f'guided-{storage}-{pattern[2:]}'
+        _write_bag(bag, storage)
+        (path,) = bag.glob(pattern)
+        sound = path.read_bytes()
+        targets.append(
+            FileTarget(
+                name=f'bag, {storage}, {path.suffix}',
+                sound=sound,
+                write=_as_it_is,
+                path=path,
+                read=lambda path: _read_bag(path.parent),
+            )
+        )
+    return targets
+
+
+def _documents(target: FileTarget) -> Reader:
+    """Return a reader of documents of which half have wrong values, half wrong bytes."""
+
+    def attempt(rng: np.random.Generator) -> object:
+        value = mutate_value(target.sound, rng) if rng.random() < 0.6 else target.sound  # noqa: PLR2004
+        try:
+            data = target.write(value)
+        except (yaml.YAMLError, ValueError):
+            data = target.write(target.sound)
+        if value is target.sound or rng.random() < 0.1:  # noqa: PLR2004
+            data = mutate_bytes(data, rng)
+        return target.take(data)
+
+    return Reader(name=target.name, attempt=attempt)
+
+
+def bag_readers(folder: Path) -> list[Reader]:
+    """Return the readers of bags, and their repair."""
+    readers = []
+    for storage in ('mcap', 'sqlite3'):
+        sound = folder / f'sound-{storage}'
+        _write_bag(sound, storage)
+        readers += [
+            _bags(folder, f'bag, {storage}', sound, _read_bag),
+            _bags(folder, f'bag repair, {storage}', sound, _repair_bag),
+        ]
+    return readers
+
+
+def _write_bag(path: Path, storage: str) -> None:
+    writer = BagWriter(path, StorageOptions(storage=storage))
+    writer.add_topic(
+        BagTopic(
+            name='/text',
+            type_name=_STRING,
+            type_hash='',
+            offers=(QosOffer(),),
+            definition=message_definition(_STRING),
+        )
+    )
+    for number in range(20):
+        text = f'{number:06d}'.encode()
+        data = b'\0\1\0\0' + (len(text) + 1).to_bytes(4, 'little') + text + b'\0'
+        writer.write('/text', 1_000_000 * (number + 1), data)
+    writer.close()
+
+
+def _read_bag(path: Path) -> int:
+    with BagReader(path) as bag:
+        return sum(len(message.data) for message in bag.messages())
+
+
+def _repair_bag(path: Path) -> int:
+    """Repair a bag, and read it after: a repaired bag is sound."""
+    result = repair_bag(path)
+    try:
+        with BagReader(path) as bag:
+            found = sum(1 for _ in bag.messages())
+    except BagError as error:
+        raise AssertionError(f'repaired, and not to be read: {error}') from None
+    # SQLite keeps no check sums: a byte that turned the time or topic of a message is not seen.
+    if found != result.messages and not list(path.glob('*.db3')):
+        raise AssertionError(f'{result.messages} messages repaired, {found} read')
+    return found
+
+
+def _bags(folder: Path, name: str, sound: Path, read: Callable[[Path], object]) -> Reader:
+    path = folder / name.replace(' ', '-').replace(',', '')
+
+    def attempt(rng: np.random.Generator) -> object:
+        shutil.rmtree(path, ignore_errors=True)
+        shutil.copytree(sound, path)
+        files = sorted(path.iterdir())
+        for file in files:
+            if rng.random() < 1.2 / len(files):
+                file.write_bytes(mutate_bytes(file.read_bytes(), rng))
+            elif rng.random() < 0.1:  # noqa: PLR2004
+                file.unlink()
+        return read(path)
+
+    return Reader(name=name, attempt=attempt)

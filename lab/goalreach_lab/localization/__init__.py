@@ -1,0 +1,1 @@
+"""Studies of the localizer: accuracy, consistency, kidnapping, long runs, speed."""

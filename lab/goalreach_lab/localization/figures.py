@@ -1,0 +1,160 @@
+"""The pictures of docs/LOCALIZATION.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+import numpy as np
+
+from goalreach_evaluation.figures.arena_axes import (
+    BLUE,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    add_legend,
+    arena_figure,
+    to_inches,
+)
+from goalreach_evaluation.figures.figure_file import write_figure
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.values import FloatArray
+
+_SIZE = (7.0, 4.0)
+_NOISE_PX = '0.3'
+_BINS_S = [0.2 * k for k in range(51)]
+_PLACE: dict[str, Any] = {'marker': 's', 's': 150, 'linewidths': 0, 'zorder': 2}
+
+
+def _map(found: Mapping[str, Any], values: FloatArray, title: str, label: str) -> Figure:
+    """Return the arena with a coloured square at each place."""
+    figure, axes = arena_figure(Arena(), title)
+    x, y = ([to_inches(metres) for metres in found[name]] for name in ('x_m', 'y_m'))
+    squares = axes.scatter(x, y, c=values, cmap='viridis', **_PLACE)
+    figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label=label)
+    add_legend(axes)
+    return figure
+
+
+def _cells(found: Mapping[str, Any], name: str) -> FloatArray:
+    return np.array([cell[name] for cell in found['cells'][_NOISE_PX]])
+
+
+def _bound(found: Mapping[str, Any]) -> Figure:
+    title = f'Cramer-Rao bound of the position, three LEDs, {_NOISE_PX} px'
+    return _map(found, _cells(found, 'bound_in'), title, 'inches')
+
+
+def _error(found: Mapping[str, Any]) -> Figure:
+    title = f'Measured rms error of the position, {_NOISE_PX} px'
+    return _map(found, _cells(found, 'rms_in'), title, 'inches')
+
+
+def _axes(title: str, x: str, y: str) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=_SIZE, layout='constrained')
+    axes = figure.add_subplot()
+    axes.set_title(title, fontsize=11)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(color='#dddddd', linewidth=0.6)
+    return figure, axes
+
+
+def _noise(found: Mapping[str, Any]) -> Figure:
+    figure, axes = _axes(
+        'Errors while wandering', 'all errors of sensors and set-up, times nominal', 'position, in'
+    )
+    scales = list(found['scales'].values())
+    x = [one['scale'] for one in scales]
+    right = axes.twinx()
+    right.set_ylabel('heading, deg')
+    for which, style in (('p95', '-'), ('median', ':')):
+        position = [one['position_in'][which] for one in scales]
+        heading = [one['heading_deg'][which] for one in scales]
+        axes.plot(x, position, style, color=BLUE, marker='o', label=f'position, {which}')
+        right.plot(x, heading, style, color=VERMILION, marker='s', label=f'heading, {which}')
+    axes.set_ylim(bottom=0.0)
+    right.set_ylim(bottom=0.0)
+    lines = [*axes.get_lines(), *right.get_lines()]
+    axes.legend(lines, [str(line.get_label()) for line in lines], fontsize=8, loc='upper left')
+    return figure
+
+
+def _consistency(found: Mapping[str, Any]) -> Figure:
+    figure, axes = _axes(
+        'Mean NEES of position and heading, 3 degrees of freedom', 'time, s', 'mean over the runs'
+    )
+    first = next(iter(found.values()))
+    band = first['nees']
+    label = f'95 % band of {first["runs"]} runs'
+    low, high = band['low'], band['high']
+    axes.fill_between(first['time_s'], low, high, color=SKY, alpha=0.3, label=label)
+    axes.axhline(3.0, color=GREY, linewidth=0.8)
+    for (name, one), color in zip(found.items(), (BLUE, ORANGE), strict=False):
+        axes.plot(one['time_s'], one['nees']['mean'], color=color, linewidth=1.2, label=name)
+    axes.set_ylim(0.0, 6.0)
+    axes.legend(fontsize=8, loc='upper right')
+    return figure
+
+
+def _kidnap(found: Mapping[str, Any]) -> Figure:
+    times = np.array([one['found_s'] for one in found['kidnaps']]).clip(0.0, _BINS_S[-1])
+    figure, axes = _axes(
+        f'{len(times)} kidnappings',
+        f'time until a right pose is believed, s (last bar: {_BINS_S[-1]:.0f} s and more)',
+        'how often',
+    )
+    axes.hist(times, bins=_BINS_S, color=BLUE)
+    axes.set_yscale('log')
+    return figure
+
+
+def _long(found: Mapping[str, Any]) -> Figure:
+    figure, axes = _axes('Driving on and on', 'time, h', 'position error, in')
+    for name, key, color, width in (
+        ('odometry alone', 'odometry_in', GREY, 0.5),
+        ('with images: rms of a minute', 'vision_rms_in', BLUE, 0.7),
+    ):
+        axes.plot(_hours(found[key]), found[key], color=color, linewidth=width, label=name)
+    axes.set_yscale('log')
+    axes.legend(fontsize=8, loc='center right')
+    return figure
+
+
+def _hours(values: list[float]) -> FloatArray:
+    return np.arange(1, len(values) + 1) / 60.0
+
+
+FIGURES: Final[dict[str, tuple[str, Callable[[Mapping[str, Any]], Figure]]]] = {
+    'localization_bound': ('bound', _bound),
+    'localization_error': ('bound', _error),
+    'localization_noise': ('noise', _noise),
+    'localization_consistency': ('consistency', _consistency),
+    'localization_kidnap': ('kidnap', _kidnap),
+    'localization_day': ('long', _long),
+}
+"""By name: the part that is drawn, and how."""
+
+
+def draw(results: Mapping[str, Mapping[str, Any]], folder: Path) -> list[Path]:
+    """Draw what there are results for, as SVG and PNG.
+
+    Args:
+        results: By part.
+        folder: Where the files go; made if it is not there.
+
+    Returns:
+        The files.
+
+    Raises:
+        FileFormatError: A file cannot be written.
+    """
+    files: list[Path] = []
+    for name, (part, figure) in FIGURES.items():
+        if part in results:
+            files += write_figure(figure(results[part]), folder, name)
+    return files

@@ -1,0 +1,1 @@
+"""Graphs, browsers and peers that benchmarks and studies measure with."""

@@ -1,0 +1,138 @@
+"""A live stack with gates between its nodes, and the node that looks on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import os
+from pathlib import Path
+import time
+from typing import Final
+
+import numpy as np
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+
+from goalreach_bringup.launch.environment import remove_abandoned
+from goalreach_lab.faults.judge import Record
+from goalreach_lab.faults.ros_gates import Gates, gate_rules, watch_robot
+from goalreach_lab.rigs.stack import Stack
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+
+_UP_S: Final = 30.0
+_SPIN_S: Final = 0.01
+
+
+class BenchGraph:
+    """A stack under test, up and driving.
+
+    Args:
+        domain: ROS domain.
+        speed: Seconds of the graph's clock in one of the wall's.
+        seed: Of the run.
+        log_directory: Where it keeps its logs.
+        gates: Whether gates are put between its nodes.
+
+    Attributes:
+        record: What was seen.
+        node: The node that looks on.
+        stack: The stack's processes.
+    """
+
+    def __init__(
+        self, *, domain: int, speed: float, seed: int, log_directory: Path, gates: bool = True
+    ) -> None:
+        """Prepare; nothing is started yet."""
+        self._domain, self._speed, self._seed = domain, speed, seed
+        self._log_directory = log_directory
+        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+        self._context = Context()
+        rclpy.init(args=[], context=self._context, domain_id=domain)
+        self.node = Node('fault_gate', context=self._context, enable_rosout=False)
+        executor = EventsExecutor if gates else SingleThreadedExecutor
+        self._executor = executor(context=self._context)
+        self._executor.add_node(self.node)
+        self.record = Record(Arena())
+        rng = np.random.default_rng(seed)
+        self.gates = Gates(self.node, speed=speed, rng=rng) if gates else None
+        watch_robot(self.node, self.record, gated=gates)
+        self.stack: Stack | None = None
+
+    @property
+    def speed(self) -> float:
+        """Seconds of the graph's clock in one of the wall's."""
+        return self._speed
+
+    @property
+    def running(self) -> Stack:
+        """The stack.
+
+        Raises:
+            GoalreachError: It does not run.
+        """
+        if self.stack is None or not self.stack.alive:
+            raise GoalreachError('the stack does not run')
+        return self.stack
+
+    def add_node(self, name: str) -> Node:
+        """Return a further node in the same domain."""
+        node = Node(name, context=self._context, enable_rosout=False)
+        self._executor.add_node(node)
+        return node
+
+    def start(self, *arguments: str) -> None:
+        """Start the stack and wait until it drives.
+
+        Raises:
+            GoalreachError: It does not, in time.
+        """
+        words = ['--speed', str(self._speed), '--seed', str(self._seed), '--no-dashboard']
+        if self.gates is not None:
+            words += [word for rule in gate_rules() for word in ('--remap', rule)]
+        self.stack = Stack(
+            [*words, *arguments],
+            domain=self._domain,
+            log_directory=self._log_directory,
+            tell=self.record.lines.append,
+        )
+        self.record.begin()
+        if not self.serve_until(lambda: self.record.healthy_since is not None, _UP_S):
+            raise GoalreachError('the stack does not drive: ' + '; '.join(self.record.lines))
+
+    def serve_until(self, condition: Callable[[], bool], limit_s: float) -> bool:
+        """Serve gates and eyes until a condition holds; return whether it did, in time.
+
+        Args:
+            condition: What is waited for.
+            limit_s: For how long, seconds of the wall clock.
+        """
+        deadline_s = time.monotonic() + limit_s
+        while not condition():
+            if time.monotonic() > deadline_s:
+                return False
+            self._executor.spin_once(timeout_sec=_SPIN_S)
+            if self.gates is not None:
+                self.gates.release()
+        return True
+
+    def serve(self, seconds: float) -> None:
+        """Serve for a time of the wall clock."""
+        self.serve_until(lambda: False, seconds)
+
+    def stop(self) -> None:
+        """End the stack."""
+        if self.stack is not None:
+            self.stack.stop()
+        self.stack = None
+
+    def close(self) -> None:
+        """End all, and remove what killed nodes left that only this process still had mapped."""
+        self.stop()
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
+        remove_abandoned()

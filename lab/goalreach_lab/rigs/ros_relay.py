@@ -1,0 +1,213 @@
+"""The floor: the messages of the graph, relayed by nodes that do nothing else.
+
+    python -m goalreach_lab.rigs.ros_relay lockstep|realtime NODE ...
+
+Messages are made once; callbacks only set a stamp and send.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+import sys
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+from nav_msgs.msg import Odometry as OdometryMsg
+import numpy as np
+from rclpy.clock import Clock as RosClock
+from rclpy.clock import ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg, twist_to_msg
+from goalreach_msgs_py.ros.estimate_messages import (
+    estimate_to_msg,
+    landmarks_to_msg,
+    state_to_msg,
+)
+from goalreach_msgs_py.ros.node import run_nodes
+from goalreach_msgs_py.ros.sensor_messages import (
+    bumpers_to_msg,
+    camera_to_msg,
+    head_to_msg,
+    image_to_msg,
+    odometry_to_msg,
+)
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CAMERA_INFO,
+    CLOCK,
+    CMD_VEL,
+    GROUND_TRUTH,
+    HEAD_COMMAND,
+    IMAGE,
+    JOINT_STATES,
+    LANDMARKS,
+    ODOM,
+    POSE,
+    STATE,
+)
+from goalreach_msgs_py.values import (
+    Confidence,
+    HeadAngles,
+    Odometry,
+    Pose2,
+    PoseEstimate,
+    RegionState,
+    Twist2,
+)
+from goalreach_sim.simulator import (
+    Simulator,
+)
+from goalreach_sim.simulator_config import (
+    SimulatorConfig,
+)
+
+_PERIOD_NS: Final = 40_000_000
+_POLL_S: Final = 0.1
+_SILENT_POLLS: Final = 10
+_POSE: Final = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
+_TWIST: Final = Twist2(linear_m_per_s=0.25, steering_rad_per_s=0.1)
+_HEAD: Final = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=0.3)
+
+
+class _Relay(Node):
+    """A node that answers a message of one topic with messages that were made before."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._out: list[tuple[Any, Any]] = []
+
+    def out(self, topic: str, message: Any, qos: Any = RELIABLE_QOS) -> None:
+        """Send a message with every answer."""
+        self._out.append((self.create_publisher(type(message), topic, qos), message))
+
+    def hear(
+        self,
+        topic: str,
+        kind: type[Any],
+        then: Callable[[int], None] = lambda _: None,
+        qos: Any = RELIABLE_QOS,
+    ) -> None:
+        """Subscribe; by default nothing is done with what comes."""
+        self.create_subscription(kind, topic, partial(_call, then), qos)
+
+    def answer(self, stamp_ns: int) -> None:
+        """Send all messages with a stamp."""
+        stamp = stamp_to_msg(stamp_ns)
+        for publisher, message in self._out:
+            if isinstance(message, Clock):
+                message.clock = stamp
+            else:
+                message.header.stamp = stamp
+            publisher.publish(message)
+
+
+def _call(then: Callable[[int], None], message: Any) -> None:
+    header = getattr(message, 'header', None)
+    then(0 if header is None else stamp_from_msg(header.stamp))
+
+
+class _Robot(_Relay):
+    """Sends a frame when the last one was answered, or 25 times in a second."""
+
+    def __init__(self, *, lockstep: bool) -> None:
+        super().__init__('nomad200')
+        frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
+        odometry = Odometry(pose=_POSE, twist=_TWIST)
+        self.out(CLOCK, Clock())
+        self.out(GROUND_TRUTH, odometry_to_msg(odometry, 0, frame_id='map'), DEEP_QOS)
+        self.out(ODOM, odometry_to_msg(odometry, 0, frame_id='odom'))
+        self.out(JOINT_STATES, head_to_msg(_HEAD, 0))
+        bumpers = bumpers_to_msg(frame.bumpers, 0, body_radius_m=0.2, scan_time_s=0.04)
+        self.out(BUMPERS, bumpers)
+        self.out(CAMERA_INFO, camera_to_msg(frame.camera, 0), SENSOR_QOS)
+        self.out(IMAGE, image_to_msg(frame.image, 0), SENSOR_QOS)
+        self._missing: set[str] = set()
+        self._stamp_ns = 0
+        self._polls = 0
+        self._lockstep = lockstep
+        for topic, kind in ((CMD_VEL, TwistStamped), (HEAD_COMMAND, JointState)):
+            self.hear(topic, kind, partial(self._answered, topic))
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_POLL_S if lockstep else _PERIOD_NS * 1e-9, self._poll, clock=steady)
+
+    def _answered(self, topic: str, stamp_ns: int) -> None:
+        if self._lockstep and stamp_ns == self._stamp_ns and topic in self._missing:
+            self._missing.discard(topic)
+            if not self._missing:
+                self._tick()
+
+    def _tick(self) -> None:
+        self._polls = 0
+        self._missing = {CMD_VEL, HEAD_COMMAND}
+        self._stamp_ns += _PERIOD_NS
+        self.answer(self._stamp_ns)
+
+    def _poll(self) -> None:
+        """Tick by the clock; in lockstep only where nothing has come for a second."""
+        self._polls += 1
+        if not self._lockstep or self._polls >= _SILENT_POLLS:
+            self._tick()
+
+
+def _localizer() -> _Relay:
+    node = _Relay('landmark_localizer')
+    node.out(POSE, estimate_to_msg(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0))
+    node.out(HEAD_COMMAND, head_to_msg(_HEAD, 0))
+    node.out(LANDMARKS, landmarks_to_msg([None] * 3, 0))
+    node.hear(CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
+    node.hear(JOINT_STATES, JointState)
+    node.hear(ODOM, OdometryMsg)
+    node.hear(IMAGE, Image, node.answer, SENSOR_QOS)
+    return node
+
+
+def _estimator() -> _Relay:
+    node = _Relay('state_estimator')
+    state = RegionState(
+        region=(1, 1),
+        mu_x=(0.0, 0.875, 0.125),
+        mu_y=(0.0, 0.6180339887498949, 0.3819660112501051),
+        pose=_POSE,
+        goal_probability=1.4142135623730951e-5,
+        confidence=Confidence.OK,
+    )
+    node.out(STATE, state_to_msg(state, 0), DEEP_QOS)
+    node.hear(CLOCK, Clock)
+    node.hear(POSE, PoseWithCovarianceStamped, node.answer)
+    return node
+
+
+def _controller() -> _Relay:
+    node = _Relay('goal_reaching_controller')
+    node.out(CMD_VEL, twist_to_msg(_TWIST, 0))
+    node.hear(BUMPERS, LaserScan)
+    node.hear(STATE, DiagnosticArray, node.answer)
+    return node
+
+
+RELAYS: Final[dict[str, Callable[[], Node]]] = {
+    'landmark_localizer': _localizer,
+    'state_estimator': _estimator,
+    'goal_reaching_controller': _controller,
+}
+
+
+def _makers(kind: str, names: Sequence[str]) -> list[Callable[[], Node]]:
+    robot = partial(_Robot, lockstep=kind == 'lockstep')
+    return [robot if name == 'nomad200' else RELAYS[name] for name in names]
+
+
+def main() -> None:
+    """Relay until SIGINT or SIGTERM."""
+    kind, *names = sys.argv[1:]
+    raise SystemExit(run_nodes('relay', _makers(kind, names), arguments=[sys.argv[0]]))
+
+
+if __name__ == '__main__':
+    main()

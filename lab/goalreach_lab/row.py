@@ -1,0 +1,72 @@
+"""One line of a benchmark: our figure, what it is held against, and the goal."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+import operator
+from typing import Any
+
+_RELATIONS = {'<=': operator.le, '>=': operator.ge}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """A bound that a row's value or ratio is held against.
+
+    Attributes:
+        of: 'ours' or 'ratio'.
+        relation: '<=' or '>='.
+        bound: The bound.
+    """
+
+    of: str
+    relation: str
+    bound: float
+
+    def __str__(self) -> str:
+        """Return the goal as it is printed."""
+        return f'{"ratio " if self.of == "ratio" else ""}{self.relation} {self.bound:g}'
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchRow:
+    """A measured figure.
+
+    Attributes:
+        name: What was measured.
+        unit: Its unit.
+        ours: Our figure.
+        reference: The floor's or peer's figure in the same unit, or None.
+        reference_name: What the reference is.
+        goal: What is aimed at, or None.
+        n: Number of samples behind the figure.
+        note: One line for people: spread, interval, or why a row is missing.
+    """
+
+    name: str
+    unit: str
+    ours: float
+    reference: float | None = None
+    reference_name: str = ''
+    goal: Goal | None = None
+    n: int = 1
+    note: str = ''
+
+    @property
+    def ratio(self) -> float | None:
+        """Ours divided by the reference, or None without one."""
+        return self.ours / self.reference if self.reference else None
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the goal is met, or None without one."""
+        if self.goal is None:
+            return None
+        value = self.ours if self.goal.of == 'ours' else self.ratio
+        return value is not None and bool(_RELATIONS[self.goal.relation](value, self.goal.bound))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the row as `bench --json` writes it."""
+        row = asdict(self)
+        row['goal'] = None if self.goal is None else str(self.goal)
+        return {**row, 'ratio': self.ratio, 'met': self.met}

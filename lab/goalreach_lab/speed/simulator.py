@@ -1,0 +1,211 @@
+"""The simulator: speed of physics and images, flaws in random drives, the speed it holds."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from goalreach_lab.rigs.random_drives import STEP_S, STEPS, RandomDrives, drive_batch, drive_one
+from goalreach_lab.row import BenchRow, Goal
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from goalreach_lab.rigs.irsim_drives import IrSimDrives
+
+
+SUMMARY = (
+    'Physics beside IR-SIM, time of an image, flaws in random drives, speed held by the graph'
+)
+
+_ROUNDS = 5
+_DRIVES_OF_ONE = 8
+_NOTHING = 1e-9
+_OVERLAP_M = 1e-6
+_IMAGE_MS = 0.3
+_RATIO = 100.0
+_PERCENT = 2.0
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the suite's options."""
+    add = parser.add_argument
+    add('--robots', type=int, default=8192, help='robots that are simulated at once')
+    add('--images', type=int, default=1000, help='images to time')
+    add('--drives', type=int, default=10_000, help='random drives that look for flaws')
+    add('--graph-seconds', type=float, default=20.0, help='time to look on the graph; 0: not')
+    add('--speed', type=float, default=4.0, help='speed that the graph is to hold')
+
+
+def execute(options: argparse.Namespace) -> list[BenchRow]:
+    """Measure.
+
+    Raises:
+        GoalreachError: An option is refused, or the graph does not come up.
+    """
+    for name in ('robots', 'images', 'drives'):
+        if getattr(options, name) < 1:
+            raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
+    rng = np.random.default_rng(options.seed)
+    rows = _physics_rows(options.robots, rng)
+    rows.append(_image_row(options.images, rng))
+    rows += _flaw_rows(options.drives, rng)
+    if options.graph_seconds > 0.0:
+        rows.append(_speed_row(options.speed, options.graph_seconds, options.seed))
+    return rows
+
+
+def _physics_rows(robots: int, rng: np.random.Generator) -> list[BenchRow]:
+    from goalreach_lab.rigs.irsim_drives import IrSimDrives, is_installed
+
+    arena = Arena()
+    drives = RandomDrives.draw(max(robots, _ROUNDS * _DRIVES_OF_ONE), arena, rng)
+    peer = IrSimDrives(arena) if is_installed() else None
+    if peer is None:
+        print('IR-SIM is not installed: its column is left out (pip install goalreach[bench])')
+    batch, one, other = [], [], []
+    for number in range(_ROUNDS):
+        chosen = range(number * _DRIVES_OF_ONE, (number + 1) * _DRIVES_OF_ONE)
+        batch.append(_robot_seconds(drives.starts.shape[1], _time_batch(drives, arena)))
+        one.append(_robot_seconds(_DRIVES_OF_ONE, _time_one(drives, chosen, arena)))
+        if peer is not None:
+            other.append(_robot_seconds(_DRIVES_OF_ONE, _time_peer(peer, drives, chosen)))
+    return [
+        _physics_row(
+            f'{robots} robots at once', batch, other, Goal(of='ratio', relation='>=', bound=_RATIO)
+        ),
+        _physics_row('one robot', one, other, None),
+    ]
+
+
+def _physics_row(what: str, ours: list[float], other: list[float], goal: Goal | None) -> BenchRow:
+    return BenchRow(
+        name=f'physics of {what}, {STEP_S:g} s steps, no images',
+        unit='robot-s/s',
+        ours=statistics.median(ours),
+        reference=statistics.median(other) if other else None,
+        reference_name='IR-SIM' if other else '',
+        goal=goal if other else None,
+        n=len(ours),
+        note=f'from {min(ours):.3g} to {max(ours):.3g}',
+    )
+
+
+def _robot_seconds(drives: int, wall_s: float) -> float:
+    return drives * STEPS * STEP_S / wall_s
+
+
+def _time_batch(drives: RandomDrives, arena: Arena) -> float:
+    began_s = time.perf_counter()
+    drive_batch(drives, arena)
+    return time.perf_counter() - began_s
+
+
+def _time_one(drives: RandomDrives, chosen: range, arena: Arena) -> float:
+    began_s = time.perf_counter()
+    for index in chosen:
+        drive_one(drives, index, arena)
+    return time.perf_counter() - began_s
+
+
+def _time_peer(peer: IrSimDrives, drives: RandomDrives, chosen: range) -> float:
+    """Return how long the steps of some drives take; putting the robot back does not count."""
+    wall_s = 0.0
+    for index in chosen:
+        peer.place(drives, index)
+        began_s = time.perf_counter()
+        peer.drive(drives, index)
+        wall_s += time.perf_counter() - began_s
+    return wall_s
+
+
+def _image_row(images: int, rng: np.random.Generator) -> BenchRow:
+    from goalreach_msgs_py.noise import noise_preset
+    from goalreach_sim.camera_renderer import CameraRenderer
+    from goalreach_sim.camera_view import CameraPose
+    from goalreach_sim.simulator_config import SimulatorConfig
+
+    arena = Arena()
+    config = SimulatorConfig.for_arena(arena, noise_preset('nominal'))
+    leds_m = config.landmark_array_m
+    renderer = CameraRenderer(
+        config.calibrated_camera,
+        leds_m,
+        (arena.width_m, arena.length_m),
+        optics=config.optics,
+        noise=config.noise,
+        rng=rng.spawn(1)[0],
+        event_rng=rng.spawn(1)[0],
+    )
+    middle_m, took_ms = leds_m.mean(axis=0), []
+    for x_m, y_m in rng.uniform((0.3, 1.5), (3.2, 4.7), (images, 2)).tolist():
+        centre_m = np.array([x_m, y_m, config.camera_height_m])
+        dx_m, dy_m, dz_m = (middle_m - centre_m).tolist()
+        pose = CameraPose(
+            centre_m=centre_m,
+            azimuth_rad=math.atan2(dy_m, dx_m),
+            tilt_rad=math.atan2(dz_m, math.hypot(dx_m, dy_m)),
+            velocity_m_per_s=np.zeros(3),
+            azimuth_rad_per_s=0.0,
+            tilt_rad_per_s=0.0,
+        )
+        began_s = time.perf_counter()
+        renderer.render(pose)
+        took_ms.append((time.perf_counter() - began_s) * 1e3)
+    return BenchRow(
+        name='rendering a nominal 640x480 image of three LEDs, median',
+        unit='ms',
+        ours=statistics.median(took_ms),
+        goal=Goal(of='ours', relation='<=', bound=_IMAGE_MS),
+        n=images,
+        note=f'99 of 100 within {np.percentile(took_ms, 99):.3g} ms',
+    )
+
+
+def _flaw_rows(drives: int, rng: np.random.Generator) -> list[BenchRow]:
+    from goalreach_lab.speed.drive_study import study_drives
+
+    study = study_drives(drives, rng)
+    figures = (
+        ('overlap of body and wall', 'm', study.overlap_m, _OVERLAP_M),
+        ('speed above the limit', 'm/s, rad/s', study.speed_excess, _NOTHING),
+        (
+            'gain of speed beyond the acceleration',
+            'm/s, rad/s',
+            study.acceleration_excess,
+            _NOTHING,
+        ),
+        ('odometry from truth, errors off, per metre', 'm/m', study.odometry_error_m, _NOTHING),
+        ('pose in long steps from short ones', 'm, rad', study.step_error, _NOTHING),
+    )
+    return [
+        BenchRow(
+            name=f'random drives: worst {what}',
+            unit=unit,
+            ours=worst,
+            goal=Goal(of='ours', relation='<=', bound=bound),
+            n=study.drives,
+            note=f'{study.bumps} of them ended against a wall' if number == 0 else '',
+        )
+        for number, (what, unit, worst, bound) in enumerate(figures)
+    ]
+
+
+def _speed_row(speed: float, seconds: float, seed: int) -> BenchRow:
+    from goalreach_lab.rigs.ros_clock_rate import measure_clock_rate
+
+    seen = measure_clock_rate(speed, seconds, seed)
+    off = min(abs(seen.measured / expected - 1.0) for expected in (speed, seen.told))
+    return BenchRow(
+        name=f'clock of the graph at --speed {speed:g}, off that or what it tells',
+        unit='%',
+        ours=off * 100.0,
+        goal=Goal(of='ours', relation='<=', bound=_PERCENT),
+        n=seen.ticks,
+        note=f'ran {seen.measured:.4g} times real time, by its own words {seen.told:.4g}',
+    )

@@ -1,0 +1,1 @@
+"""Recording, reading, replaying, comparing, exporting and repairing of rosbag2 bags."""

@@ -1,0 +1,122 @@
+"""The messages of a topic as a table: one row per message, one column per number or text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+import csv
+from dataclasses import dataclass, field
+import importlib
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from goalreach_bags.decode import flatten
+from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.files import write_bytes_atomically
+
+Cell = float | int | str | bool | None
+
+
+@dataclass
+class MessageTable:
+    """Collects messages.
+
+    Attributes:
+        max_array: Longest array that becomes columns.
+        columns: Values by column; None where a message has no such field.
+        left_out: Names of longer arrays, such as the pixels of images.
+    """
+
+    max_array: int
+    columns: dict[str, list[Cell]] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)
+    _rows: int = 0
+
+    @property
+    def rows(self) -> int:
+        """Number of messages."""
+        return self._rows
+
+    def add(self, time_ns: int, message: object) -> None:
+        """Add a message.
+
+        Args:
+            time_ns: Its receive time.
+            message: The decoded message.
+        """
+        self._put('time_ns', time_ns)
+        for name, value in flatten(message):
+            if isinstance(value, np.ndarray):
+                self._put_array(name, value)
+            else:
+                self._put(name, value.item() if isinstance(value, np.generic) else value)
+        self._rows += 1
+        for values in self.columns.values():
+            values.extend([None] * (self._rows - len(values)))
+
+    def _put_array(self, name: str, values: np.ndarray[Any, Any]) -> None:
+        if values.size > self.max_array:
+            self.left_out.add(name)
+            self._put(f'{name}.length', int(values.size))
+            return
+        for index, value in enumerate(values.tolist()):
+            self._put(f'{name}[{index}]', value)
+
+    def _put(self, name: str, value: Cell) -> None:
+        column = self.columns.setdefault(name, [None] * self._rows)
+        column.append(value)
+
+    def make_numbers(self) -> None:
+        """Turn columns of texts that all are numbers into numbers: diagnostics are such texts."""
+        for name, values in self.columns.items():
+            if all(value is None or isinstance(value, str) for value in values):
+                numbers = [_number(value) for value in values]
+                if all(n is not None or v is None for n, v in zip(numbers, values, strict=True)):
+                    self.columns[name] = list(numbers)
+
+    def records(self) -> Iterable[tuple[Cell, ...]]:
+        """Return the rows, in the order of `columns`."""
+        return zip(*self.columns.values(), strict=True)
+
+
+def _number(value: Cell) -> float | None:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+
+
+ENDINGS: Final = ('.csv', '.parquet')
+
+
+def write_table(path: Path, table: MessageTable) -> None:
+    """Write a table in the format of the file's ending.
+
+    Raises:
+        GoalreachError: The ending is another, pyarrow is missing, or the file cannot be written.
+    """
+    if path.suffix == '.csv':
+        text = StringIO()
+        writer = csv.writer(text, lineterminator='\n')
+        writer.writerow(table.columns)
+        writer.writerows(table.records())
+        write_bytes_atomically(path, text.getvalue().encode())
+    elif path.suffix == '.parquet':
+        write_bytes_atomically(path, _parquet(table))
+    else:
+        raise ConfigurationError('--out', str(path), f'a name ending in {" or ".join(ENDINGS)}')
+
+
+def _parquet(table: MessageTable) -> bytes:
+    try:
+        arrow: Any = importlib.import_module('pyarrow')
+        parquet: Any = importlib.import_module('pyarrow.parquet')
+    except ModuleNotFoundError:
+        raise GoalreachError(
+            "Parquet needs pyarrow: pip install 'goalreach[parquet]'; CSV needs nothing"
+        ) from None
+    content = BytesIO()
+    parquet.write_table(arrow.table(table.columns), content)
+    return content.getvalue()

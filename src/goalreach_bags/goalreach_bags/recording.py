@@ -1,0 +1,100 @@
+"""What a recording is asked to be, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Final
+
+from goalreach_bags.topic import StorageOptions, TopicSelection
+from goalreach_msgs_py import topics
+
+TICK_TOPICS: Final = (
+    topics.CLOCK,
+    topics.GROUND_TRUTH,
+    topics.ODOM,
+    topics.JOINT_STATES,
+    topics.BUMPERS,
+    topics.CAMERA_INFO,
+    topics.IMAGE,
+    topics.POSE,
+    topics.LANDMARKS,
+    topics.HEAD_COMMAND,
+    topics.STATE,
+    topics.CMD_VEL,
+)
+"""Topics with one message in each tick of a run."""
+
+RUN_TOPICS: Final = (
+    *TICK_TOPICS,
+    topics.MARKERS,
+    topics.TRANSITION,
+    topics.Q_TABLE,
+    topics.PATH,
+    topics.DIAGNOSTICS,
+)
+"""All topics of a run's four nodes."""
+
+LOST_KEY: Final = 'goalreach.lost'
+CLOCK_KEY: Final = 'goalreach.clock'
+PARAMETERS_KEY: Final = 'goalreach.parameters'
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordOptions:
+    """Options of a recording.
+
+    Attributes:
+        path: The bag to make.
+        selection: Which topics.
+        storage: How they are kept.
+        sim_time: Whether to take times from `/clock`; None: where there is one.
+        duration_s: Wall seconds after which to end by itself, or None.
+        with_run: 'lockstep' or 'realtime' where the recorder belongs to a run that waits for it.
+        parameters: Parameter file of the run, kept in the bag as text.
+    """
+
+    path: Path
+    selection: TopicSelection
+    storage: StorageOptions
+    sim_time: bool | None = None
+    duration_s: float | None = None
+    with_run: str | None = None
+    parameters: str = ''
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingResult:
+    """What was recorded.
+
+    Attributes:
+        path: The bag.
+        counts: Messages by topic.
+        lost: Lost messages by topic, where there are any.
+        duration_s: Time between first and last message.
+        size_bytes: Size of the bag.
+        stopped: Why the recording ended early, or empty.
+    """
+
+    path: Path
+    counts: Mapping[str, int]
+    lost: Mapping[str, int]
+    duration_s: float
+    size_bytes: int
+    stopped: str = ''
+
+    def custom(self, *, sim_time: bool) -> dict[str, str]:
+        """Return the texts that go into the bag's summary."""
+        lost = json.dumps(dict(self.lost))
+        return {LOST_KEY: lost, CLOCK_KEY: 'sim' if sim_time else 'wall'}
+
+    def __str__(self) -> str:
+        """Return the one line that ends a recording."""
+        lost = ', '.join(f'{count} of {name}' for name, count in sorted(self.lost.items()))
+        return (
+            f'recorded {sum(self.counts.values())} messages of {len(self.counts)} topics, '
+            f'{self.duration_s:.1f} s, {self.size_bytes / 1e6:.1f} MB, lost '
+            f'{lost or "none"}{", stopped early" if self.stopped else ""}: {self.path}'
+        )

@@ -1,0 +1,93 @@
+"""Tables about bags for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import json
+
+from rich.console import Console
+from rich.table import Column, Table
+
+from goalreach_bags.compare import TopicComparison, TopicResult
+from goalreach_bags.reader import BagReader
+from goalreach_bags.recording import CLOCK_KEY, LOST_KEY, PARAMETERS_KEY
+
+_NS = 1e-9
+
+
+def show_bag(bag: BagReader, *, console: Console | None = None) -> None:
+    """Print what a bag holds."""
+    out = console or Console(highlight=False)
+    size_mb = sum((bag.path / name).stat().st_size for name in bag.files) * 1e-6
+    lasts_s = (bag.last_ns - bag.first_ns) * _NS
+    lost = json.loads(bag.custom.get(LOST_KEY, '{}'))
+    known = PARAMETERS_KEY in bag.custom
+    for name, value in (
+        ('bag', str(bag.path)),
+        ('storage', f'{bag.storage}, version {bag.version}, {bag.distro or "unknown distro"}'),
+        ('files', f'{len(bag.files)}, {size_mb:.1f} MB'),
+        ('clock', {'sim': '/clock', 'wall': 'wall'}.get(bag.custom.get(CLOCK_KEY, ''), 'unknown')),
+        ('time', f'{bag.first_ns * _NS:.3f} s to {bag.last_ns * _NS:.3f} s: {lasts_s:.3f} s'),
+        ('messages', f'{sum(bag.counts.values())}, lost {sum(lost.values())}'),
+        ('parameters', 'those of the run are kept' if known else 'unknown'),
+    ):
+        out.print(f'{name + ":":<12}{value}', soft_wrap=True, markup=False)
+    table = Table(Column('topic', no_wrap=True), 'type', 'messages', 'per second', 'lost')
+    for name, topic in sorted(bag.topics.items()):
+        count = bag.counts[name]
+        rate = f'{(count - 1) / lasts_s:.2f}' if lasts_s > 0.0 and count > 1 else ''
+        table.add_row(name, topic.type_name, str(count), rate, str(lost.get(name, 0)))
+    out.print(table)
+
+
+def show_comparison(
+    comparisons: Sequence[TopicComparison], *, console: Console | None = None
+) -> None:
+    """Print the comparison of two bags, topic by topic, and the first difference of all."""
+    out = console or Console(highlight=False)
+    table = Table(Column('topic', no_wrap=True), 'messages', 'first difference')
+    for comparison in comparisons:
+        first, second = comparison.counts
+        counts = str(first) if first == second else f'{first} and {second}'
+        table.add_row(comparison.topic, counts, comparison.where or 'same')
+    out.print(table)
+    different = [c for c in comparisons if not c.same]
+    total = sum(c.counts[0] for c in comparisons)
+    if different:
+        first_of_all = different[0]
+        out.print(
+            f'{len(different)} of {len(comparisons)} topics differ, first '
+            f'{first_of_all.topic}: {first_of_all.where}',
+            soft_wrap=True,
+            markup=False,
+        )
+    else:
+        out.print(f'the same: {total} messages of {len(comparisons)} topics', soft_wrap=True)
+
+
+def show_recomputation(
+    results: Sequence[TopicResult], *, tolerance: float, console: Console | None = None
+) -> None:
+    """Print what recomputing showed, topic by topic, and where it differs first."""
+    out = console or Console(highlight=False)
+    table = Table(Column('topic', no_wrap=True), 'compared', 'different', 'largest', 'first at')
+    for result in results:
+        first = result.first
+        table.add_row(
+            result.topic,
+            str(result.compared),
+            str(result.different),
+            f'{result.worst:.3g} {result.worst_field}'.strip(),
+            '' if first is None else f'{first.stamp_ns * 1e-9:.3f} s {first.difference.field}',
+        )
+    out.print(table)
+    first = results[0].first
+    if first is None:
+        text = f'the same within {tolerance:g}'
+    else:
+        difference = first.difference
+        text = (
+            f'differs first at {first.stamp_ns * 1e-9:.3f} s in {results[0].topic}: '
+            f'{difference.field} was {difference.first} and is {difference.second}'
+        )
+    out.print(text, soft_wrap=True, markup=False)

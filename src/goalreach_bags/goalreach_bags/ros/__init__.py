@@ -1,0 +1,1 @@
+"""Recorder, player and recomputation on a running graph."""

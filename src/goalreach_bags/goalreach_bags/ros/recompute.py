@@ -1,0 +1,250 @@
+"""Recorded sensors through live perception and state estimation, in lockstep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import tempfile
+import time
+from typing import Any, Final
+
+import rclpy
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+from goalreach_bags.compare import OUTPUTS, SENSORS, Recomputation, TopicResult
+from goalreach_bags.decode import Decoder, stamp_of
+from goalreach_bags.reader import BagReader
+from goalreach_bags.recording import PARAMETERS_KEY
+from goalreach_bags.ros.channels import publisher_profile
+from goalreach_bags.topic import BagError
+from goalreach_evaluation.terminal import progress_bar
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.interfaces import message_class
+from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE
+from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
+from goalreach_perception.state_estimator_node import StateEstimatorNode
+
+_CONNECT_S: Final = 10.0
+_REPEAT_S: Final = 1.0
+_ANSWER_S: Final = 20.0
+"""Chosen: a lost image is sent again; a node that is silent so long does not answer at all."""
+
+_DEEP_QOS: Final = QoSProfile(depth=100)
+
+
+class Feeder(Node):
+    """Publishes the sensors of a stamp and waits until all of perception has answered.
+
+    Args:
+        bag: The bag, for the types of the topics.
+        executor: Serves this node and those of perception.
+    """
+
+    def __init__(self, bag: BagReader, executor: EventsExecutor) -> None:
+        super().__init__('feeder', start_parameter_services=False, enable_rosout=False)
+        self._executor = executor
+        self._answers: dict[str, bytes] = {}
+        self._stamp_ns = -1
+        self._outlets: dict[str, Any] = {}
+        self._inlets: list[Any] = []
+        for name in SENSORS:
+            topic = bag.topics[name]
+            profile = publisher_profile(topic.offers)
+            kind = message_class(topic.type_name)
+            self._outlets[name] = self.create_publisher(kind, name, profile)
+        for name in OUTPUTS:
+            kind = message_class(bag.topics[name].type_name)
+            self._inlets.append(
+                self.create_subscription(kind, name, self._collector(name), _DEEP_QOS, raw=True)
+            )
+
+    def connect(self, deaf: tuple[str, ...]) -> None:
+        """Wait until perception is connected.
+
+        Args:
+            deaf: Sensors that nobody needs to hear.
+
+        Raises:
+            GoalreachError: It is not, in time.
+        """
+        needed = [outlet for name, outlet in self._outlets.items() if name not in deaf]
+
+        def connected() -> bool:
+            return all(outlet.get_subscription_count() for outlet in needed) and all(
+                inlet.get_publisher_count() for inlet in self._inlets
+            )
+
+        if not self._spin_until(connected, _CONNECT_S):
+            raise GoalreachError(f'perception did not connect within {_CONNECT_S:g} s')
+
+    def ask(self, stamp_ns: int, sensors: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Return what perception answers to the sensors of a stamp.
+
+        Args:
+            stamp_ns: The stamp.
+            sensors: Serialized message of each sensor.
+
+        Raises:
+            GoalreachError: A topic was not answered in time.
+        """
+        self._stamp_ns = stamp_ns
+        self._answers.clear()
+        deadline_s = time.monotonic() + _ANSWER_S
+        while len(self._answers) < len(OUTPUTS):
+            if time.monotonic() > deadline_s:
+                silent = ', '.join(name for name in OUTPUTS if name not in self._answers)
+                raise GoalreachError(
+                    f'no answer on {silent} to the sensors of {stamp_ns * 1e-9:.3f} s'
+                )
+            for name in SENSORS:
+                self._outlets[name].publish(sensors[name])
+            self._spin_until(lambda: len(self._answers) == len(OUTPUTS), _REPEAT_S)
+        return dict(self._answers)
+
+    def _collector(self, name: str) -> Callable[[bytes], None]:
+        def collect(data: bytes) -> None:
+            if stamp_of(data) == self._stamp_ns:
+                self._answers[name] = data
+
+        return collect
+
+    def _spin_until(self, condition: Callable[[], bool], limit_s: float) -> bool:
+        deadline_s = time.monotonic() + limit_s
+        while not condition():
+            if time.monotonic() > deadline_s:
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+
+_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+_DEPTH: Final = 64
+"""Stamps whose sensors may be incomplete at a time. Chosen."""
+
+
+def recompute(
+    path: Path, *, tolerance: float, params_file: Path | None = None
+) -> list[TopicResult]:
+    """Feed the recorded sensors and compare the answers with the recorded ones.
+
+    Only stamps that perception had answered are fed: it then sees what it saw.
+
+    Args:
+        path: The bag, recorded from the beginning of a run.
+        tolerance: Largest difference of a field that counts as none.
+        params_file: Parameters that replace those recorded in the bag.
+
+    Returns:
+        One result per output, the earliest difference first.
+
+    Raises:
+        GoalreachError: The bag lacks what is needed, or perception does not answer.
+    """
+    with BagReader(path) as bag:
+        bag.require((*SENSORS, *OUTPUTS))
+        decoder = Decoder(bag.topics[name] for name in (*SENSORS, *OUTPUTS))
+        recorded = _answers(bag)
+        stamps = recorded[POSE].keys()
+        comparison = Recomputation(decoder, tolerance)
+        with (
+            _perception(bag, params_file) as feeder,
+            progress_bar('recompute', total=len(stamps)) as advance,
+        ):
+            for stamp_ns, sensors in _sensor_sets(bag, stamps):
+                answers = feeder.ask(stamp_ns, sensors)
+                for name in OUTPUTS:
+                    if stamp_ns in recorded[name]:
+                        before = recorded[name][stamp_ns]
+                        comparison.compare(name, stamp_ns, before, answers[name])
+                advance(1)
+        if not all(result.compared for result in comparison.results.values()):
+            raise BagError(path, 'holds no stamp with all sensors and answers')
+        return comparison.ordered()
+
+
+def _answers(bag: BagReader) -> dict[str, dict[int, bytes]]:
+    answers: dict[str, dict[int, bytes]] = {name: {} for name in OUTPUTS}
+    for message in bag.messages(OUTPUTS):
+        answers[message.topic][stamp_of(message.data)] = message.data
+    return answers
+
+
+def _sensor_sets(
+    bag: BagReader, stamps: Mapping[int, Any] | Any
+) -> Iterator[tuple[int, dict[str, bytes]]]:
+    """Yield the sensors of each stamp, when all of it are there, in order."""
+    collected: dict[int, dict[str, bytes]] = {}
+    last_ns = -1
+    for message in bag.messages(SENSORS):
+        stamp_ns = stamp_of(message.data)
+        if stamp_ns not in stamps or stamp_ns <= last_ns:
+            continue
+        collected.setdefault(stamp_ns, {})[message.topic] = message.data
+        if len(collected[stamp_ns]) == len(SENSORS):
+            last_ns = stamp_ns
+            yield stamp_ns, collected.pop(stamp_ns)
+            collected = {s: values for s, values in collected.items() if s > stamp_ns}
+        elif len(collected) > _DEPTH:
+            del collected[min(collected)]
+
+
+@contextmanager
+def _perception(bag: BagReader, params_file: Path | None) -> Iterator[Feeder]:
+    """Bring localizer and estimator up in this process, on topics of their own."""
+    os.environ.setdefault(_PROFILES, fast_dds_profile())
+    executor: EventsExecutor | None = None
+    nodes: list[Node] = []
+    with tempfile.TemporaryDirectory(prefix='goalreach-') as directory:
+        parameters_path = _write_parameters(bag, params_file, Path(directory))
+        arguments = ['--ros-args', '--params-file', str(parameters_path)]
+        arguments += ['--log-level', 'error', '--disable-external-lib-logs']
+        for name in (*SENSORS, *OUTPUTS, '/diagnostics'):
+            arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        try:
+            executor = EventsExecutor()
+            feeder = Feeder(bag, executor)
+            nodes += [feeder, LandmarkLocalizerNode(), StateEstimatorNode()]
+            for node in nodes:
+                executor.add_node(node)
+            feeder.connect(deaf=(BUMPERS,))
+            yield feeder
+        finally:
+            if executor is not None:
+                executor.shutdown()
+            for node in nodes:
+                node.destroy_node()
+            rclpy.try_shutdown()
+
+
+def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path) -> Path:
+    """Write the recorded parameters, with those of a file over them."""
+    recorded_path, path = directory / 'recorded.yaml', directory / 'parameters.yaml'
+    text = bag.custom.get(PARAMETERS_KEY)
+    if text is None and params_file is None:
+        raise BagError(
+            bag.path,
+            'does not tell the parameters of its run (made without run --record?): '
+            'give them with --params-file',
+        )
+    layers = []
+    if text is not None:
+        recorded_path.write_text(text, encoding='utf-8')
+        layers.append(read_parameters(recorded_path, NODES))
+    if params_file is not None:
+        layers.append(read_parameters(params_file, NODES))
+    merged = merge_parameters(*layers)
+    for node in (LOCALIZER, ESTIMATOR):
+        merged.setdefault(node, {})
+    try:
+        write_parameters(path, {node: merged[node] for node in (LOCALIZER, ESTIMATOR)})
+    except OSError as error:
+        raise GoalreachError(f'{path}: cannot be written: {error.strerror}') from None
+    return path

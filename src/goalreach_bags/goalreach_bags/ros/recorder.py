@@ -1,0 +1,301 @@
+"""The recorder: every message of the selected topics into a bag, as it came."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+import os
+import time
+from typing import Any, Final
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.status import Status
+from std_msgs.msg import Header
+
+from goalreach_bags.decode import Canonical, stamp_of
+from goalreach_bags.recording import (
+    PARAMETERS_KEY,
+    RUN_TOPICS,
+    TICK_TOPICS,
+    RecordingResult,
+    RecordOptions,
+)
+from goalreach_bags.ros.channels import Arrival, Channels
+from goalreach_bags.tick_order import TickOrder
+from goalreach_bags.topic import BagStoppedError
+from goalreach_bags.writer import BagWriter
+from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
+from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.topics import CLOCK, RECORDED
+
+
+class RecordedTopic:
+    """Publisher of `/_recorded`; that it exists says that the recorder is there.
+
+    Args:
+        node: The recorder.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publisher: Any = None
+        self._confirmed_ns: int | None = None
+        self._ended = False
+
+    @property
+    def announced(self) -> bool:
+        """Whether the run has been told."""
+        return self._publisher is not None
+
+    def announce(self) -> None:
+        """Tell the run that the recorder is there."""
+        self._publisher = self._node.create_publisher(Header, RECORDED, RELIABLE_QOS)
+
+    def confirm(self, stamp_ns: int, *, again: bool) -> None:
+        """Say that a tick has been received whole.
+
+        Args:
+            stamp_ns: The tick.
+            again: Whether to repeat what was said before: the run seems not to have heard it.
+        """
+        if self._publisher is None or self._ended:
+            return
+        if stamp_ns != self._confirmed_ns or again:
+            self._confirmed_ns = stamp_ns
+            self._publisher.publish(header(stamp_ns, ''))
+
+    def end(self) -> None:
+        """Say nothing more: a run in lockstep then stands still after its present tick."""
+        self._ended = True
+
+
+_LOCKSTEP_POLL_S: Final = 0.001
+_POLL_S: Final = 0.004
+"""Chosen: in lockstep the graph waits for the recorder, in real time nothing does."""
+
+_DISCOVER_S: Final = 0.1
+_DECIDE_S: Final = 1.0
+"""From the first message on, so long messages are held back until it is clear whether the graph
+has a clock."""
+
+_QUIET_S: Final = 0.3
+_DRAIN_S: Final = 3.0
+"""At the end: nothing has come for so long, or patience is over. Chosen."""
+
+
+class Recorder(Node):
+    """Records until it is told to stop.
+
+    Subscribes: the selected topics, unparsed. Publishes, where it belongs to a run:
+    `/_recorded`, the stamp of each tick that is safe.
+
+    Args:
+        options: What to record, where and how.
+    """
+
+    def __init__(self, options: RecordOptions) -> None:
+        """Make the bag."""
+        super().__init__('recorder', start_parameter_services=False, enable_rosout=False)
+        self._options = options
+        self._writer = BagWriter(options.path, options.storage)
+        if options.parameters:
+            self._writer.custom[PARAMETERS_KEY] = options.parameters
+        self._channels = Channels(self, options.selection)
+        self._added: set[str] = set()
+        self._counts: dict[str, int] = {}
+        self._clock_ns: int | None = None
+        self._sim_time = options.with_run is not None or options.sim_time
+        self._held: list[Arrival] = []
+        self._order = TickOrder(TICK_TOPICS) if options.with_run == 'lockstep' else None
+        self._recorded = RecordedTopic(self) if options.with_run else None
+        self._canonical = Canonical()
+        self._stopped = ''
+        self._began_s = self._discovered_s = self._heard_s = time.monotonic()
+
+    def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> RecordingResult:
+        """Record until it is over, then drain what is on its way, and close the bag.
+
+        Args:
+            is_over: Looked at many times a second.
+            watch: Called ten times a second with a line that says how far it is.
+        """
+        while not is_over():
+            self._round(watch)
+        if self._recorded is not None:
+            self._recorded.end()
+        drain_s = time.monotonic()
+        while time.monotonic() - drain_s < _DRAIN_S and not self._is_quiet():
+            self._round(watch)
+        return self._close()
+
+    def _is_quiet(self) -> bool:
+        quiet = time.monotonic() - self._heard_s > _QUIET_S
+        return quiet and (self._order is None or self._order.complete)
+
+    def _round(self, watch: Callable[[str], None]) -> None:
+        """Take what is there, or wait a moment."""
+        now_s = time.monotonic()
+        if now_s - self._discovered_s >= _DISCOVER_S:
+            self._discovered_s = now_s
+            self._channels.discover()
+            self._decide_clock(now_s)
+            self._announce()
+            self._guard(self._writer.flush_if_due)
+            watch(self._progress())
+        heard = False
+        for arrival in self._channels.take():
+            heard = True
+            self._accept(arrival)
+        if heard:
+            self._heard_s = now_s
+        else:
+            time.sleep(_POLL_S if self._order is None else _LOCKSTEP_POLL_S)
+
+    def _announce(self) -> None:
+        """Tell the run that the recorder is there, once every topic is connected."""
+        recorded = self._recorded
+        if recorded is not None and not recorded.announced:
+            wanted = tuple(name for name in RUN_TOPICS if self._channels.records(name))
+            if not self._channels.missing(wanted):
+                recorded.announce()
+
+    def _decide_clock(self, now_s: float) -> None:
+        if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
+            self._sim_time = self._channels.has_clock()
+            if not self._sim_time:
+                self._release()
+
+    def _accept(self, arrival: Arrival) -> None:
+        if self._order is not None:
+            self._accept_in_order(arrival, self._order)
+            return
+        if arrival.topic == CLOCK:
+            first = self._clock_ns is None
+            self._clock_ns = stamp_of(arrival.data)
+            if first and self._sim_time is not False:
+                self._sim_time = True
+                self._release()
+        if self._sim_time is None or (self._sim_time and self._clock_ns is None):
+            if not self._held:
+                self._began_s = time.monotonic()
+            self._held.append(arrival)
+        else:
+            self._put(arrival)
+
+    def _release(self) -> None:
+        held, self._held = self._held, []
+        for arrival in held:
+            self._put(arrival)
+
+    def _put(self, arrival: Arrival) -> None:
+        if self._sim_time and self._clock_ns is not None:
+            self._write(arrival.topic, self._clock_ns, arrival.data, self._clock_ns)
+        else:
+            self._write(arrival.topic, arrival.received_ns, arrival.data, arrival.published_ns)
+
+    def _accept_in_order(self, arrival: Arrival, order: TickOrder) -> None:
+        stamped = self._channels.is_stamped(arrival.topic)
+        stamp_ns = stamp_of(arrival.data) if stamped else None
+        data = self._canonical.bytes_of(self._channels.type_of(arrival.topic), arrival.data)
+        order.add(arrival.topic, stamp_ns, data)
+        if order.complete and order.stamp_ns is not None and self._recorded is not None:
+            for message in order.settled():
+                self._write(message.topic, message.time_ns, message.data, message.time_ns)
+            self._recorded.confirm(order.stamp_ns, again=arrival.topic == CLOCK)
+
+    def _write(self, name: str, time_ns: int, data: bytes, published_ns: int) -> None:
+        if self._stopped or not self._channels.records(name):
+            return
+        self._guard(lambda: self._add_and_write(name, time_ns, data, published_ns))
+
+    def _add_and_write(self, name: str, time_ns: int, data: bytes, published_ns: int) -> None:
+        self._add(name)
+        self._writer.write(name, time_ns, data, published_ns)
+        self._counts[name] = self._counts.get(name, 0) + 1
+
+    def _add(self, name: str) -> None:
+        if name not in self._added:
+            self._added.add(name)
+            self._writer.add_topic(self._channels.describe(name))
+
+    def _guard(self, action: Callable[[], None]) -> None:
+        """Act unless the disk has refused; a refusal is told once, and the graph goes on."""
+        if self._stopped:
+            return
+        try:
+            action()
+        except BagStoppedError as error:
+            self._stopped = str(error)
+            self.get_logger().error(self._stopped)
+
+    def _progress(self) -> str:
+        lost = sum(self._channels.lost().values())
+        return (
+            f'{sum(self._counts.values())} messages of {len(self._counts)} topics, '
+            f'{self._writer.size / 1e6:.1f} MB, {lost} lost'
+        )
+
+    def _close(self) -> RecordingResult:
+        if self._order is not None:
+            for message in self._order.rest():
+                self._write(message.topic, message.time_ns, message.data, message.time_ns)
+        self._sim_time = bool(self._sim_time)
+        self._release()
+        for name in self._channels.names():
+            self._guard(partial(self._add, name))
+        custom = self._result().custom(sim_time=self._sim_time)
+        self._guard(lambda: self._finish(custom))
+        return self._result()
+
+    def _finish(self, custom: dict[str, str]) -> None:
+        self._writer.close(custom)
+
+    def _result(self) -> RecordingResult:
+        total = self._writer.metadata().total
+        return RecordingResult(
+            path=self._options.path,
+            counts=total.counts,
+            lost=self._channels.lost(),
+            duration_s=total.duration_ns * 1e-9,
+            size_bytes=self._writer.size,
+            stopped=self._stopped,
+        )
+
+
+_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+
+
+def record(options: RecordOptions) -> RecordingResult:
+    """Record until SIGINT or SIGTERM, or until the time is over.
+
+    Raises:
+        BagError: The bag cannot be made.
+    """
+    end_with_launcher()
+    stop = StopRequest()
+    os.environ.setdefault(_PROFILES, DISCOVERY_PROFILE)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    began_s = time.monotonic()
+
+    def is_over() -> bool:
+        limit_s = options.duration_s
+        return stop.requested or (limit_s is not None and time.monotonic() - began_s >= limit_s)
+
+    console = Console(stderr=True)
+    status = Status('recording', console=console)
+    if console.is_terminal:
+        status.start()
+    recorder = None
+    try:
+        recorder = Recorder(options)
+        return recorder.record(is_over, status.update)
+    finally:
+        status.stop()
+        if recorder is not None:
+            recorder.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,157 @@
+"""What happened in a run, over time, from its bag alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+import yaml
+
+from goalreach_bags.decode import Decoder, stamp_of
+from goalreach_bags.reader import BagReader
+from goalreach_bags.recording import PARAMETERS_KEY
+from goalreach_msgs_py import topics
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, RegionConfig, parse_region
+
+Floats = NDArray[np.float64]
+
+_PLANAR: Final = (0, 1, 5)
+_ROBOT: Final = 'nomad200'
+_KEY: Final = 'ros__parameters'
+_PER_LED: Final = 3
+_NS: Final = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSeries:
+    """The course of a run; one row per stamp that perception answered.
+
+    Attributes:
+        arena: Where it was driven.
+        time_s: The stamps, (n).
+        truth: True x, y, heading, m and rad, (n, 3).
+        estimate: Estimated x, y, heading, (n, 3); NaN where it was not to be trusted.
+        sigma: Standard deviations of the estimate, (n, 3); NaN likewise.
+        memberships: Of LEFT-SIDE, FRONT, RIGHT-SIDE, NEAR, MEDIUM, FAR, (n, 6).
+        region: Index of the region in a table of 3 x 3, (n).
+        q: Q-values of the region's actions, (n, 8); NaN where the bag has no Q-table.
+        command: Speed and steering rate commanded, (n, 2); NaN where there was none.
+    """
+
+    arena: Arena
+    time_s: Floats
+    truth: Floats
+    estimate: Floats
+    sigma: Floats
+    memberships: Floats
+    region: NDArray[np.int64]
+    q: Floats
+    command: Floats
+
+
+def recorded_arena(bag: BagReader) -> Arena:
+    """Return the arena of the run's parameters, the paper's where the bag does not tell them."""
+    try:
+        values = yaml.safe_load(bag.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
+        leds = iter(values['landmarks_m'])
+        config = RegionConfig(
+            x_knots_m=tuple(values['x_knots_m']),
+            y_knots_m=tuple(values['y_knots_m']),
+            goal_region=values['goal_region'],
+        )
+        return Arena(
+            width_m=values['arena_width_m'],
+            length_m=values['arena_length_m'],
+            landmarks_m=tuple(zip(*[leds] * _PER_LED, strict=True)),
+            regions=config.region_map,
+            starts=(),
+        )
+    except (KeyError, TypeError, ValueError, yaml.YAMLError, GoalreachError):
+        return Arena()
+
+
+def read_run_series(bag: BagReader) -> RunSeries:
+    """Return the course of a run.
+
+    Raises:
+        GoalreachError: The bag lacks truth, pose or state, or a message is of another type.
+    """
+    needed = (topics.GROUND_TRUTH, topics.POSE, topics.STATE)
+    bag.require(needed)
+    names = [n for n in (*needed, topics.CMD_VEL, topics.Q_TABLE) if n in bag.topics]
+    decoder = Decoder(bag.topics[name] for name in names)
+    by_topic: dict[str, dict[int, Any]] = {name: {} for name in names}
+    for message in bag.messages(names):
+        latched = message.topic == topics.Q_TABLE
+        stamp_ns = message.time_ns if latched else stamp_of(message.data)
+        by_topic[message.topic][stamp_ns] = decoder.decode(message.topic, message.data)
+    stamps = sorted(set.intersection(*(set(by_topic[name]) for name in needed)))
+    if not stamps:
+        raise GoalreachError(f'{bag.path}: truth, pose and state have no stamp in common')
+    poses = [by_topic[topics.POSE][s].pose for s in stamps]
+    states = [by_topic[topics.STATE][s].status[0] for s in stamps]
+    doubt = np.array([state.level != 0 for state in states])
+    region = np.array([_index(state.message) for state in states])
+    commands = by_topic.get(topics.CMD_VEL, {})
+    return RunSeries(
+        arena=recorded_arena(bag),
+        time_s=np.array(stamps) * _NS,
+        truth=np.array([_pose(by_topic[topics.GROUND_TRUTH][s].pose.pose) for s in stamps]),
+        estimate=_trusted([_pose(pose.pose) for pose in poses], doubt),
+        sigma=_trusted([_sigma(pose.covariance) for pose in poses], doubt),
+        memberships=np.array([_memberships(state) for state in states]),
+        region=region,
+        q=_q_over_time(by_topic.get(topics.Q_TABLE, {}), stamps, region),
+        command=np.array([_command(commands.get(s)) for s in stamps]),
+    )
+
+
+def _pose(pose: Any) -> tuple[float, float, float]:  # noqa: ANN401 - a decoded message
+    q = pose.orientation
+    return pose.position.x, pose.position.y, float(2.0 * np.arctan2(q.z, q.w))
+
+
+def _sigma(covariance: Any) -> Floats:  # noqa: ANN401 - a decoded message
+    diagonal = np.asarray(covariance, dtype=np.float64).reshape(6, 6).diagonal()
+    sigma: Floats = np.sqrt(np.maximum(diagonal[list(_PLANAR)], 0.0))
+    return sigma
+
+
+def _trusted(rows: Sequence[Any], doubt: NDArray[np.bool_]) -> Floats:
+    values = np.array(rows, dtype=np.float64)
+    values[doubt] = np.nan
+    return values
+
+
+def _memberships(status: Any) -> list[float]:  # noqa: ANN401 - a decoded message
+    values = {pair.key: pair.value for pair in status.values}
+    keys = [f'mu_x.{label}' for label in X_LABELS] + [f'mu_y.{label}' for label in Y_LABELS]
+    return [float(values.get(key, 'nan')) for key in keys]
+
+
+def _index(region: str) -> int:
+    x, y = parse_region(region)
+    return 3 * x + y
+
+
+def _command(message: Any) -> tuple[float, float]:  # noqa: ANN401 - a decoded message
+    if message is None:
+        return float('nan'), float('nan')
+    return message.twist.linear.x, message.twist.angular.z
+
+
+def _q_over_time(
+    tables: Mapping[int, Any], stamps: list[int], region: NDArray[np.int64]
+) -> Floats:
+    """Return the Q-values of the region, from the table that was valid at each stamp."""
+    if not tables:
+        return np.full((len(stamps), 8), np.nan)
+    times = sorted(tables)
+    q = np.array([np.asarray(tables[t].data, dtype=np.float64).reshape(9, -1) for t in times])
+    valid = np.maximum(np.searchsorted(times, stamps, side='right') - 1, 0)
+    return np.asarray(q[valid, region], dtype=np.float64)

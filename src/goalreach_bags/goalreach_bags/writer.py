@@ -1,0 +1,233 @@
+"""Writing a bag: a directory of storage files and their summary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import errno
+from pathlib import Path
+import time
+from typing import Final, NoReturn
+
+from goalreach_bags.mcap_file import McapWriter
+from goalreach_bags.metadata import BagMetadata, FileSpan, metadata_text, write_metadata
+from goalreach_bags.sqlite_file import SqliteWriter
+from goalreach_bags.topic import (
+    INFINITE_NS,
+    BagError,
+    BagStoppedError,
+    BagTopic,
+    StorageFile,
+    StorageOptions,
+)
+from goalreach_msgs_py.errors import FileFormatError
+
+FLUSH_S: Final = 1.0
+"""What a recorder holds in memory is at most so old. Chosen: the loss at a sudden death."""
+
+_SUFFIXES: Final = {'mcap': '.mcap', 'sqlite3': '.db3'}
+
+
+def require_new_bag(path: Path) -> None:
+    """Refuse to overwrite.
+
+    Raises:
+        BagError: There is something of that name.
+    """
+    if path.exists() or path.is_symlink():
+        raise BagError(path, 'exists already: a bag is never overwritten')
+
+
+class BagWriter:
+    """A bag that is being written.
+
+    Attributes:
+        path: Its directory.
+        custom: Texts to keep in the summary.
+
+    Args:
+        path: Its directory, which must not exist.
+        options: How it is kept.
+        now: Monotonic seconds; what was written is flushed once it is `FLUSH_S` old.
+
+    Raises:
+        BagError: The directory exists, or cannot be made.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        options: StorageOptions,
+        *,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.path = Path(path)
+        self._options = options
+        self._now = now
+        self._topics: dict[str, BagTopic] = {}
+        self._numbers: dict[str, int] = {}
+        self._done: list[FileSpan] = []
+        self.custom: dict[str, str] = {}
+        self._first_ns, self._last_ns = INFINITE_NS, 0
+        self._flushed_s = now()
+        require_new_bag(self.path)
+        try:
+            self.path.mkdir(parents=True)
+            self._file: StorageFile | None = self._open_file()
+        except OSError as error:
+            raise BagError(path, f'cannot be made: {error.strerror}') from None
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files."""
+        closed = sum((self.path / span.name).stat().st_size for span in self._done)
+        return closed if self._file is None else closed + self._file.size
+
+    def add_topic(self, topic: BagTopic) -> None:
+        """Add a topic before its first message.
+
+        Raises:
+            BagStoppedError: The disk took no more.
+        """
+        self._topics[topic.name] = topic
+        self._numbers[topic.name] = len(self._topics)
+        self._do(lambda: self._storage.add_topic(self._numbers[topic.name], topic))
+
+    def write(self, name: str, time_ns: int, data: bytes, publish_ns: int | None = None) -> None:
+        """Add a message of a topic.
+
+        Args:
+            name: The topic.
+            time_ns: Receive time.
+            data: The serialized message.
+            publish_ns: When it was published, the receive time if None.
+
+        Raises:
+            BagStoppedError: The disk took no more.
+        """
+        if self._is_full(time_ns):
+            self._do(self._split)
+        number = self._numbers[name]
+        published_ns = time_ns if publish_ns is None else publish_ns
+        self._do(lambda: self._storage.write(number, time_ns, published_ns, data))
+        self._counts[name] = self._counts.get(name, 0) + 1
+        self._first_ns = min(self._first_ns, time_ns)
+        self._last_ns = max(self._last_ns, time_ns)
+        if self._storage.wants_flush:
+            self._do(self._flush)
+
+    def flush_if_due(self) -> None:
+        """Flush what is older than `FLUSH_S`; to be called several times a second.
+
+        Raises:
+            BagStoppedError: The disk took no more.
+        """
+        now_s = self._now()
+        if now_s - self._flushed_s >= FLUSH_S:
+            self._do(self._flush)
+
+    def close(self, custom: Mapping[str, str] | None = None) -> BagMetadata:
+        """Finish the bag.
+
+        Args:
+            custom: More texts to keep in the summary.
+
+        Raises:
+            BagStoppedError: The disk took no more.
+        """
+        self.custom.update(custom or {})
+        self._do(self._finish)
+        return self.metadata()
+
+    def metadata(self) -> BagMetadata:
+        """Return the summary of what was written so far."""
+        spans = self._done if self._file is None else [*self._done, self._current()]
+        return BagMetadata(
+            storage=self._options.storage,
+            topics=tuple(self._topics.values()),
+            files=tuple(spans),
+            compression_mode='MESSAGE' if self._compresses_messages else '',
+            custom=self.custom,
+        )
+
+    @property
+    def _compresses_messages(self) -> bool:
+        return self._options.zstd and self._options.storage == 'sqlite3'
+
+    @property
+    def _storage(self) -> StorageFile:
+        if self._file is None:
+            raise BagError(self.path, 'is closed')
+        return self._file
+
+    def _open_file(self) -> StorageFile:
+        suffix = _SUFFIXES[self._options.storage]
+        self._name = f'{self.path.name}_{len(self._done)}{suffix}'
+        self._counts: dict[str, int] = {}
+        self._first_ns, self._last_ns = INFINITE_NS, 0
+        self._flushed = self._current()
+        make = McapWriter if self._options.storage == 'mcap' else SqliteWriter
+        return make(self.path / self._name, zstd=self._options.zstd)
+
+    def _current(self) -> FileSpan:
+        counts = dict(self._counts)
+        return FileSpan(
+            name=self._name, counts=counts, first_ns=self._first_ns, last_ns=self._last_ns
+        )
+
+    def _is_full(self, time_ns: int) -> bool:
+        options = self._options
+        if not self._counts:
+            return False
+        if options.max_bytes is not None and self._storage.size >= options.max_bytes:
+            return True
+        lasts_ns = time_ns - self._first_ns
+        return options.max_duration_ns is not None and lasts_ns >= options.max_duration_ns
+
+    def _flush(self) -> None:
+        self._flushed_s = self._now()
+        self._storage.flush()
+        self._flushed = self._current()
+
+    def _split(self) -> None:
+        self._finish_file()
+        self._file = self._open_file()
+        for name, topic in self._topics.items():
+            self._file.add_topic(self._numbers[name], topic)
+
+    def _finish_file(self) -> None:
+        self._flush()
+        self._storage.finish(metadata_text(self.metadata()))
+        self._file = None
+        self._done.append(self._flushed)
+
+    def _finish(self) -> None:
+        if self._file is not None:
+            self._finish_file()
+        write_metadata(self.path, self.metadata())
+
+    def _do(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except (OSError, FileFormatError) as error:
+            self._stop(error)
+
+    def _stop(self, error: OSError | FileFormatError) -> NoReturn:
+        """Close the bag after what the disk has taken."""
+        number = error.errno if isinstance(error, OSError) else None
+        full = number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+        reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
+        closed = True
+        try:
+            if self._file is not None:
+                self._file.drop_pending()
+                flushed = self._flushed
+                self._counts = dict(flushed.counts)
+                self._first_ns, self._last_ns = flushed.first_ns, flushed.last_ns
+            self._finish()
+        except (OSError, FileFormatError):
+            closed = False
+            if self._file is not None:
+                self._file.close()
+                self._file = None
+        rest = 'the bag so far is complete' if closed else 'the bag so far needs record --repair'
+        raise BagStoppedError(self.path, f'{reason}: recording stopped, {rest}', closed=closed)

@@ -1,1 +1,0 @@
-"""Runs that can be kept: rosbag2 bags written, read, repaired, compared and replayed."""

@@ -1,1 +1,0 @@
-"""What suites need beside themselves: peers, and graphs that are looked on."""

@@ -1,1 +1,0 @@
-"""The live page: what the robot senses, believes, decides and learns, in a browser."""

@@ -1,1 +1,0 @@
-"""Faults injected into a live stack, what should come of each, and what did."""

@@ -1,1 +1,0 @@
-"""The paper's seven figures, drawn from data."""

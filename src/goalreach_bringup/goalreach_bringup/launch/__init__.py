@@ -1,0 +1,1 @@
+"""Plans, starts and supervises the nodes of a run."""

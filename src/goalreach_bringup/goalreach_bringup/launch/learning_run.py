@@ -1,0 +1,90 @@
+"""Learning over the live graph: where it begins, goes on, and ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from goalreach_evaluation.choices import read_policy_for
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import read_policy, write_policy
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_learning.training import greedy_successes
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import FileFormatError
+
+_PATHS_DRIVEN = 'paths_driven'
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearningRun:
+    """A learning phase that may have begun in an earlier run.
+
+    The controller writes the policy file after every path, so a run that ends for whatever
+    reason goes on from there when it is started again with the same file.
+
+    Attributes:
+        policy: What is known at the start.
+        first_path: Number of the first path to be driven.
+        trials: Trials in all.
+    """
+
+    policy: Policy
+    first_path: int
+    trials: int
+
+    @classmethod
+    def begin(cls, path: Path, arena: Arena, *, trials: int = 0) -> LearningRun:
+        """Return the learning that the file holds, or a new one that it will hold.
+
+        Args:
+            path: Policy file.
+            arena: Where to learn.
+            trials: Trials in all; 0 for the default.
+
+        Raises:
+            FileFormatError: The file is no policy, one of another arena, or one that was not
+                learned over the graph.
+        """
+        trials = trials or LearningConfig().trials
+        if not path.exists():
+            policy = Policy.unlearned(arena.regions)
+            write_policy(path, policy)
+            return cls(policy=policy, first_path=0, trials=trials)
+        policy = read_policy_for(path, arena)
+        driven = policy.learning.get(_PATHS_DRIVEN, None if policy.visits.any() else 0)
+        if type(driven) is not int or driven < 0:
+            reason = f'learning.{_PATHS_DRIVEN} = {driven!r}: must be the number of paths driven'
+            raise FileFormatError(path, f'{reason}; give --learn a new file')
+        return cls(policy=policy, first_path=driven, trials=trials)
+
+    def total(self, starts: int) -> int:
+        """Return the number of paths of the whole learning phase."""
+        return self.trials * starts
+
+    def remaining(self, asked: int, starts: int) -> int:
+        """Return the number of paths of this run: all that are left, or as many as asked."""
+        left = max(0, self.total(starts) - self.first_path)
+        return min(asked, left) if asked else left
+
+    def announcement(self, starts: int) -> str:
+        """Return the line that tells where learning begins."""
+        total = self.total(starts)
+        if self.first_path:
+            return f'going on with path {self.first_path + 1} of {total}'
+        return f'learning over the graph: {self.trials} trials of {starts} paths'
+
+    @staticmethod
+    def verdict(path: Path, arena: Arena) -> str:
+        """Return the line that tells what the file now holds.
+
+        Raises:
+            FileFormatError: The file cannot be read.
+        """
+        policy = read_policy(path)
+        successes = greedy_successes(arena, policy)
+        driven = policy.learning.get(_PATHS_DRIVEN, 0)
+        return (
+            f'{path}: after {driven} paths the best actions lead to the goal from '
+            f'{sum(successes)} of {len(successes)} starts'
+        )

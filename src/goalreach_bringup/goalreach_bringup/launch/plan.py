@@ -1,0 +1,189 @@
+"""From what a person asked to the parameters of every node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from goalreach_bringup.launch.learning_run import LearningRun
+from goalreach_bringup.launch.options import RunOptions
+from goalreach_bringup.launch.referee import Progress
+from goalreach_evaluation.starts import RunSeeds, random_starts
+from goalreach_learning.controller_config import (
+    ControllerConfig,
+)
+from goalreach_learning.mission import MissionConfig
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.parameter_file import NodeParameters
+from goalreach_msgs_py.parameters import build_config, flatten_config
+from goalreach_msgs_py.regions import RegionConfig
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, ROBOT
+from goalreach_msgs_py.values import Pose2
+from goalreach_perception.localizer_config import (
+    LocalizerConfig,
+)
+from goalreach_perception.state_estimator import StateEstimatorConfig
+from goalreach_sim.faults import FaultParameters
+from goalreach_sim.pacing import TimeConfig
+from goalreach_sim.simulator_config import (
+    SimulatorConfig,
+)
+
+_ENDLESS_STARTS = 1000
+
+
+def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[Pose2, ...]:
+    """Return the starting poses of a run.
+
+    Raises:
+        ConfigurationError: A start given by hand is not on the free floor.
+    """
+    for pose in options.start_poses:
+        if not arena.is_free(pose.x_m, pose.y_m):
+            raise ConfigurationError('--start', (pose.x_m, pose.y_m), 'on the free floor')
+    if options.start_poses:
+        return options.start_poses
+    if options.starts == 'random':
+        rng = np.random.default_rng(seeds.starts)
+        return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
+    if options.paths or options.learn:
+        return arena.starts
+    # A run without end is for a person to watch: it begins opposite, with the LEDs in view.
+    half = len(arena.starts) // 2
+    return arena.starts[half:] + arena.starts[:half]
+
+
+def plan_parameters(
+    options: RunOptions,
+    *,
+    arena: Arena,
+    starts: Iterable[Pose2],
+    policy_path: str,
+    seeds: RunSeeds,
+    user: NodeParameters,
+    learning: LearningRun | None = None,
+) -> NodeParameters:
+    """Return the parameters of every node: defaults, then the user's file, then the options.
+
+    Raises:
+        ConfigurationError: A value is refused; the line names node, parameter and value.
+    """
+    noise = noise_preset(options.noise)
+    poses = tuple(starts)
+    numbers = tuple(v for p in poses for v in (p.x_m, p.y_m, p.heading_rad))
+    robot = replace(SimulatorConfig.for_arena(arena, noise), start_pose=numbers[:3])
+    regions = flatten_config(RegionConfig.for_map(arena.regions))
+    defaults: NodeParameters = {
+        ROBOT: {
+            **flatten_config(robot),
+            **flatten_config(
+                TimeConfig(seed=seeds.simulator, recorded=options.record is not None, judged=True)
+            ),
+            **regions,
+        },
+        LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
+        ESTIMATOR: flatten_config(StateEstimatorConfig.for_arena(arena)),
+        CONTROLLER: {
+            **flatten_config(ControllerConfig()),
+            **flatten_config(_mission(options, numbers, policy_path, seeds, learning)),
+        },
+    }
+    faults = flatten_config(FaultParameters())
+    for node, values in user.items():
+        _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
+        defaults[node].update(values)
+    defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
+    defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
+    _check(defaults)
+    return defaults
+
+
+def _mission(
+    options: RunOptions,
+    starts: tuple[float, ...],
+    policy_path: str,
+    seeds: RunSeeds,
+    learning: LearningRun | None,
+) -> MissionConfig:
+    mission = MissionConfig(
+        policy=policy_path,
+        starts=starts,
+        paths=options.paths,
+        judge=MONITOR,
+        seed=seeds.controller,
+    )
+    if learning is None:
+        return mission
+    paths = learning.remaining(options.paths, len(starts) // 3)
+    return replace(
+        mission,
+        policy_out=policy_path,
+        first_path=learning.first_path,
+        paths=learning.first_path + paths,
+    )
+
+
+def _given(**values: Any) -> dict[str, Any]:  # noqa: ANN401 - parameters of any type
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> None:
+    for name, value in values.items():
+        if name not in known and name != 'use_sim_time':
+            raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
+
+
+def _check(parameters: NodeParameters) -> None:
+    """Build every configuration once, so that a mistake is told before anything starts."""
+    classes: dict[str, tuple[type[object], ...]] = {
+        ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
+        LOCALIZER: (LocalizerConfig,),
+        ESTIMATOR: (StateEstimatorConfig,),
+        CONTROLLER: (ControllerConfig, MissionConfig),
+    }
+    for node, configs in classes.items():
+        for cls in configs:
+            _build(node, cls, parameters[node])
+
+
+def _build(node: str, cls: type[object], values: dict[str, Any]) -> None:
+    try:
+        build_config(cls, values)
+    except ConfigurationError as error:
+        name = f'{node}.{error.field}'
+        raise ConfigurationError(name, error.value, error.allowed) from None
+
+
+_AHEAD_NS = 6_000_000_000
+"""In lockstep the nodes may have heard ticks that the launcher has not, a little over a hundred:
+4 s of the robot's clock, which must not go back for them."""
+
+
+def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[str, Any]]:
+    """Return the parameters that differ from those of the start, by node.
+
+    The controller goes on with the running path from wherever the robot stands, and with what it
+    had learned by the end of the last path; the robot stands where it truly was, and its clock
+    goes on.
+
+    Args:
+        progress: How far the run is.
+        lockstep: Whether the graph may have been ahead of what was heard of it.
+    """
+    controller: dict[str, Any] = {
+        'first_path': progress.path,
+        'resume': progress.on_the_way,
+    }
+    changes: dict[str, dict[str, Any]] = {CONTROLLER: controller}
+    if progress.truth is not None:
+        truth = progress.truth
+        changes[ROBOT] = {
+            'start_pose': (truth.x_m, truth.y_m, truth.heading_rad),
+            'start_time_ns': progress.last_ns + (_AHEAD_NS if lockstep else 0),
+        }
+    return changes

@@ -1,0 +1,1 @@
+"""The parts of the launcher that take part in the graph."""

@@ -1,0 +1,172 @@
+"""The launcher's own node: it watches the graph come up and judges the paths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from std_msgs.msg import Float64MultiArray, Header
+
+from goalreach_bringup.launch.referee import Progress, Referee
+from goalreach_bringup.launch.tick_log import Tick
+from goalreach_evaluation.path_metrics import PathResult
+from goalreach_learning.blending import blend_heading
+from goalreach_learning.policy import Policy
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg
+from goalreach_msgs_py.ros.learning_messages import q_table_from_msg, transition_from_msg
+from goalreach_msgs_py.ros.raw_estimates import state_from_raw
+from goalreach_msgs_py.ros.raw_robot import odometry_from_raw
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.synchronizer import StampSynchronizer
+from goalreach_msgs_py.topics import (
+    GROUND_TRUTH,
+    JUDGED,
+    MAP_FRAME,
+    MONITOR,
+    Q_TABLE,
+    STATE,
+    TRANSITION,
+)
+from goalreach_msgs_py.values import Confidence, Pose2
+
+_SETTLED_S = 1.0
+"""An outcome whose tick has not come after so long a silence is judged without it. Chosen."""
+_TELL_TICKS = 10
+"""The robot is told once in so many ticks how far the run is heard; chosen."""
+
+
+class RunMonitor(Node):
+    """Follows truth, state and transitions and hands finished paths to the launcher.
+
+    Publishes: `/_judged`, the stamp of the last tick heard.
+    Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has heard a
+    whole tick, `/q_learning/transition`: the controller waits for that before its first path, so
+    that no path is driven unheard.
+
+    Args:
+        starts: Starting poses in the order driven.
+        policy: The policy driven, for its regions and the commanded heading.
+        mode: How it is driven.
+        on_path: Called with each finished path.
+        first_path: Number of the first path.
+        remaps: Remapping rules of ROS 2, those of the graph.
+    """
+
+    def __init__(
+        self,
+        *,
+        starts: Sequence[Pose2],
+        policy: Policy,
+        mode: str,
+        on_path: Callable[[PathResult], None],
+        first_path: int = 0,
+        remaps: Sequence[str] = (),
+    ) -> None:
+        """Subscribe."""
+        rules = [word for rule in remaps for word in ('--remap', rule)]
+        super().__init__(MONITOR, cli_args=['--ros-args', *rules] if rules else None)
+        self._policy = policy
+        self._mode = mode
+        self._on_path = on_path
+        self._referee = Referee(starts, policy.regions, first_path=first_path)
+        self._heard: tuple[int, bytes] | None = None
+        self._heard_s = time.monotonic()
+        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
+        for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
+            subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
+        self._transitions: Subscription[DiagnosticArray] | None = None
+        self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+        self._judged = self.create_publisher(Header, JUDGED, RELIABLE_QOS)
+        self._ticks = 0
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_SETTLED_S, self._settle, clock=steady)
+
+    @property
+    def progress(self) -> Progress:
+        """How far the run is; its clock and place are the last heard, judged or not."""
+        progress = self._referee.progress
+        if self._heard is None:
+            return progress
+        stamp_ns, raw = self._heard
+        if stamp_ns <= progress.last_ns:
+            return progress
+        return replace(progress, last_ns=stamp_ns, truth=_truth(raw))
+
+    @property
+    def unheard(self) -> int:
+        """How many paths ended and could not be judged."""
+        return len(self._referee.unheard)
+
+    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+        def collect(stamp_ns: int, raw: bytes) -> None:
+            self._heard_s = time.monotonic()
+            if topic == GROUND_TRUTH:
+                self._heard = (stamp_ns, raw)
+            inputs = self._inputs.add(topic, stamp_ns, raw)
+            if inputs is not None:
+                self._listen()
+                self._ticks += 1
+                if self._ticks % _TELL_TICKS == 0:
+                    self._tell(stamp_ns)
+                self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
+
+        return collect
+
+    def _tell(self, stamp_ns: int) -> None:
+        """Tell the robot how far the run is heard; in lockstep it does not run away."""
+        self._judged.publish(Header(stamp=stamp_to_msg(stamp_ns)))
+
+    def _listen(self) -> None:
+        """Listen to the ends of paths, now that their ticks are heard."""
+        if self._transitions is None:
+            self._transitions = self.create_subscription(
+                DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS
+            )
+
+    def _on_tick(self, stamp_ns: int, truth: bytes, raw_state: bytes) -> None:
+        state = state_from_raw(raw_state)
+        trusted = state.confidence is Confidence.OK
+        heading_rad = None
+        if trusted:
+            heading_rad = blend_heading(self._mode, state.mu_x, state.mu_y, self._policy)
+        tick = Tick(
+            time_ns=stamp_ns,
+            truth=_truth(truth),
+            estimate=state.pose if trusted else None,
+            commanded_heading_rad=heading_rad,
+        )
+        for result in self._referee.add_tick(tick):
+            self._on_path(result)
+
+    def _on_action(self, message: DiagnosticArray) -> None:
+        transition = transition_from_msg(message)
+        if transition.outcome is None:
+            return
+        stamp_ns = stamp_from_msg(message.header.stamp)
+        for result in self._referee.add_outcome(stamp_ns, transition.path, transition.outcome):
+            self._on_path(result)
+
+    def _settle(self) -> None:
+        """Judge what waits for ticks that were lost: after the last path none come any more."""
+        if self._heard is not None:
+            self._tell(self._heard[0])
+        if self._referee.waits and time.monotonic() - self._heard_s > _SETTLED_S:
+            for result in self._referee.settle():
+                self._on_path(result)
+
+    def _on_q_table(self, message: Float64MultiArray) -> None:
+        q = q_table_from_msg(message)
+        if not np.array_equal(q, self._policy.q):
+            tried = (q != 0).astype(np.int64)
+            self._policy = replace(self._policy, q=q, visits=tried)
+
+
+def _truth(raw: bytes) -> Pose2:
+    return odometry_from_raw(raw, frame_id=MAP_FRAME).pose

@@ -1,0 +1,217 @@
+"""One run of the graph, from what a person asked to what comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+import time
+from typing import Any
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from goalreach_bags.writer import require_new_bag
+from goalreach_bringup.launch.child_process import PageProcess, RecorderProcess, is_page_wanted
+from goalreach_bringup.launch.environment import domain_lock, make_run_directory
+from goalreach_bringup.launch.learning_run import LearningRun
+from goalreach_bringup.launch.options import RunOptions
+from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
+from goalreach_bringup.launch.report import RunReport
+from goalreach_bringup.launch.ros.monitor import RunMonitor
+from goalreach_bringup.launch.ros.supervisor import Graph
+from goalreach_evaluation.choices import choose_arena, choose_policy
+from goalreach_evaluation.path_metrics import PathResult, PathTally
+from goalreach_evaluation.starts import RunSeeds
+from goalreach_evaluation.summary_file import summarise, write_summary
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import write_policy
+from goalreach_msgs_py.files import require_writable
+from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
+from goalreach_msgs_py.ros.dds_profile import open_to_network
+from goalreach_msgs_py.ros.node import StopRequest
+from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
+
+
+class RunSession:
+    """Prepares, drives, takes down, and tells.
+
+    Args:
+        options: What the person asked.
+
+    Raises:
+        GoalreachError: An option does not fit.
+    """
+
+    def __init__(self, options: RunOptions) -> None:
+        """Choose arena, starts and seeds."""
+        self._options = options
+        self._arena = choose_arena(options.arena)
+        self._seeds = RunSeeds.spawn(options.seed)
+        self._starts = choose_starts(options, self._arena, self._seeds)
+        self._results: list[PathResult] = []
+        self._tally = PathTally()
+        self._unheard = 0
+        self._learning: LearningRun | None = None
+        self._recorder: RecorderProcess | None = None
+        self._page: PageProcess | None = None
+        self._sim_time_s = 0.0
+
+    def execute(self) -> int:
+        """Run; return 0 where all that was asked for happened, 1 where a path failed.
+
+        Raises:
+            GoalreachError: A file or a parameter is refused, or a node died.
+        """
+        options = self._options
+        if options.summary:
+            require_writable(options.summary)
+        if options.record:
+            require_new_bag(options.record)
+        user = read_parameters(options.params_file, NODES) if options.params_file else {}
+        directory = make_run_directory()
+        policy_path = options.policy or directory / 'policy.json'
+        if options.learn:
+            trials = int(user.get(CONTROLLER, {}).get('learning.trials', 0))
+            self._learning = LearningRun.begin(policy_path, self._arena, trials=trials)
+        self._report = RunReport(quiet=options.quiet, total=self._total_paths())
+        policy = self._policy(policy_path)
+        if self._learning is not None and not self._total_paths():
+            return self._status(policy_path)
+        parameters = plan_parameters(
+            options,
+            arena=self._arena,
+            starts=self._starts,
+            policy_path=str(policy_path.resolve()),
+            seeds=self._seeds,
+            user=user,
+            learning=self._learning,
+        )
+        if options.network:
+            self._report.warn(open_to_network())
+        self._report.say(f'logs, policy and parameters: {directory}')
+        began_s = time.monotonic()
+        mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
+        if is_page_wanted(asked=options.dashboard, clock=str(parameters[ROBOT]['clock'])):
+            self._page = PageProcess(options.arena)
+        self._recorder = self._make_recorder(directory, str(parameters[ROBOT]['clock']))
+        with domain_lock():
+            try:
+                self._drive(directory, policy, parameters)
+            finally:
+                self._tell(parameters, mode, time.monotonic() - began_s)
+        return self._status(policy_path)
+
+    def _total_paths(self) -> int:
+        """Return how many paths are to be driven in this run, 0 where there is no end."""
+        if self._learning is not None:
+            return self._learning.remaining(self._options.paths, len(self._starts))
+        return self._options.paths
+
+    def _policy(self, path: Path) -> Policy:
+        if self._learning is not None:
+            self._report.say(self._learning.announcement(len(self._starts)))
+            return self._learning.policy
+        began_s = time.monotonic()
+        policy = choose_policy(self._options.policy, self._arena, self._seeds.training)
+        if self._options.policy is None:
+            write_policy(path, policy)
+            self._report.say(
+                f'learned a policy: {policy.learning["trials"]} trials of '
+                f'{len(self._arena.starts)} paths in {time.monotonic() - began_s:.2f} s'
+            )
+        return policy
+
+    def _drive(self, directory: Path, policy: Policy, parameters: NodeParameters) -> None:
+        """Bring the graph up and follow it to its end."""
+        lockstep = parameters[ROBOT]['clock'] == 'lockstep'
+        graph = Graph(
+            parameters=parameters,
+            directory=directory,
+            composed=self._options.composed,
+            remaps=self._options.remaps,
+            resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
+            tell=self._report.say,
+            warn=self._report.warn,
+        )
+        stop = StopRequest()
+        graph.start()
+        try:
+            if self._recorder is not None:
+                self._recorder.start(directory, self._report.warn)
+            if self._page is not None:
+                self._page.start(directory, tell=self._report.say, warn=self._report.warn)
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            monitor = RunMonitor(
+                starts=self._starts,
+                policy=policy,
+                mode=str(parameters[CONTROLLER]['mode']),
+                on_path=self._on_path,
+                first_path=self._learning.first_path if self._learning else 0,
+                remaps=self._options.remaps,
+            )
+            graph.follow(monitor, lambda: stop.requested or self._is_over(monitor))
+        finally:
+            rclpy.try_shutdown()
+            if self._recorder is not None:
+                self._report.say(self._recorder.stop())
+            graph.stop()
+            if self._page is not None:
+                self._page.stop()
+
+    def _make_recorder(self, directory: Path, clock: str) -> RecorderProcess | None:
+        if self._options.record is None:
+            return None
+        return RecorderProcess(
+            self._options.record,
+            storage=self._options.storage,
+            clock=clock,
+            parameters=directory / 'parameters.yaml',
+        )
+
+    def _is_over(self, monitor: RunMonitor) -> bool:
+        self._sim_time_s = monitor.progress.last_ns * 1e-9
+        while self._unheard < monitor.unheard:
+            self._unheard += 1
+            self._report.unheard()
+        if self._page is not None:
+            self._page.look()
+        if self._recorder is not None:
+            self._recorder.require_started(began=monitor.progress.last_ns > 0)
+        return self._complete()
+
+    def _complete(self) -> bool:
+        total = self._total_paths()
+        return bool(total) and self._tally.paths + self._unheard >= total
+
+    def _on_path(self, result: PathResult) -> None:
+        """Count and tell a result; keep it only for a summary, or days would add up."""
+        self._tally.add(result)
+        if self._options.summary:
+            self._results.append(result)
+        self._report.path(result)
+
+    def _tell(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
+        sim_time_s = self._sim_time_s
+        self._report.table(self._tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
+        if self._options.summary:
+            config: Mapping[str, Any] = parameters
+            summary = summarise(
+                self._results,
+                seed=self._options.seed,
+                mode=mode,
+                policy=str(self._options.policy or 'learned'),
+                sim_time_s=sim_time_s,
+                wall_time_s=wall_time_s,
+                config=config,
+            )
+            write_summary(self._options.summary, summary)
+
+    def _status(self, policy_path: Path) -> int:
+        if self._learning is not None:
+            self._report.say(LearningRun.verdict(policy_path, self._arena))
+            return 0
+        if self._recorder is not None and self._recorder.failed:
+            return 1
+        if not self._options.paths:
+            return 0
+        return 0 if self._tally.goals == self._options.paths else 1

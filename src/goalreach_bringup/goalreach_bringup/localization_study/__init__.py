@@ -1,1 +1,0 @@
-"""The studies behind docs/LOCALIZATION.md: how well, how honestly and how long the eyes see."""

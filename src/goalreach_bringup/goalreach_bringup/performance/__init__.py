@@ -1,1 +1,0 @@
-"""The rows of `goalreach bench`: ours beside floors and peers, and docs/PERFORMANCE.md."""

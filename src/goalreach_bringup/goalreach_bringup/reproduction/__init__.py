@@ -1,1 +1,0 @@
-"""The evidence behind REPRODUCTION.md: studies, their results on disk, and the document."""

@@ -1,0 +1,1 @@
+"""Verbs of the `ros2` commands that need a node."""

@@ -1,0 +1,109 @@
+"""Quality of service: the options of `ros2 topic`, and what suits the publishers there are."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSLivelinessPolicy,
+    QoSPresetProfiles,
+    QoSReliabilityPolicy,
+)
+
+_POLICIES = {
+    'reliability': QoSReliabilityPolicy,
+    'durability': QoSDurabilityPolicy,
+    'history': QoSHistoryPolicy,
+    'liveliness': QoSLivelinessPolicy,
+}
+
+
+def add_qos_arguments(parser: argparse.ArgumentParser, *, preset: str) -> None:
+    """Add the `--qos-...` options.
+
+    Args:
+        parser: Where they are added.
+        preset: Key of the profile that the other options change.
+    """
+    parser.add_argument(
+        '--qos-profile',
+        choices=QoSPresetProfiles.short_keys(),
+        default=preset,
+        help='Quality of service preset profile (default: %(default)s)',
+    )
+    parser.add_argument('--qos-depth', metavar='N', type=int, help='Queue size')
+    for name, policy in _POLICIES.items():
+        parser.add_argument(
+            f'--qos-{name}',
+            choices=policy.short_keys(),
+            help=f'Quality of service {name} setting (overrides that of --qos-profile)',
+        )
+    parser.add_argument(
+        '--qos-liveliness-lease-duration-seconds',
+        type=float,
+        metavar='S',
+        help='Quality of service liveliness lease duration setting',
+    )
+
+
+def profile_from_options(args: argparse.Namespace) -> Any | None:
+    """Return the profile that the options ask for, None where no policy was named."""
+    named = {name: getattr(args, f'qos_{name}') for name in _POLICIES}
+    lease_s = args.qos_liveliness_lease_duration_seconds
+    if args.qos_depth is None and lease_s is None and not any(named.values()):
+        return None
+    profile = QoSPresetProfiles.get_from_short_key(args.qos_profile)
+    for name, key in named.items():
+        if key is not None:
+            setattr(profile, name, _POLICIES[name].get_from_short_key(key))
+    if lease_s is not None:
+        profile.liveliness_lease_duration = Duration(seconds=lease_s)
+    if args.qos_depth is not None:
+        profile.depth = args.qos_depth
+    elif profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL and profile.depth == 0:
+        profile.depth = 1
+    return profile
+
+
+def compatible_profile(preset: str, publishers: Iterable[Any]) -> tuple[Any, list[str]]:
+    """Return the strictest profile that receives from all publishers.
+
+    Reliable if all are, transient local if all are; a preset alone where there is none.
+
+    Args:
+        preset: Key of the profile that the rest is taken from.
+        publishers: Their endpoint information.
+
+    Returns:
+        The profile, and what a user must know about it: one line per fallback.
+    """
+    profile = QoSPresetProfiles.get_from_short_key(preset)
+    offered = [publisher.qos_profile for publisher in publishers]
+    if not offered:
+        return profile, []
+    reliable = [o.reliability == QoSReliabilityPolicy.RELIABLE for o in offered]
+    latched = [o.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for o in offered]
+    notes = []
+    if any(reliable) and not all(reliable):
+        notes.append(_fallback('QoSReliabilityPolicy', 'RELIABLE', 'BEST_EFFORT'))
+    if any(latched) and not all(latched):
+        notes.append(_fallback('QoSDurabilityPolicy', 'TRANSIENT_LOCAL', 'VOLATILE'))
+    profile.reliability = (
+        QoSReliabilityPolicy.RELIABLE if all(reliable) else QoSReliabilityPolicy.BEST_EFFORT
+    )
+    profile.durability = (
+        QoSDurabilityPolicy.TRANSIENT_LOCAL if all(latched) else QoSDurabilityPolicy.VOLATILE
+    )
+    return profile, notes
+
+
+def _fallback(policy: str, strict: str, weak: str) -> str:
+    return (
+        f'Some, but not all, publishers are offering {policy}.{strict}. Falling back to '
+        f'{policy}.{weak} as it will connect to all publishers'
+    )

@@ -1,0 +1,217 @@
+"""A hidden node that looks at the running graph, as each `ros2` command needs one."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+import os
+import signal
+import time
+from types import FrameType, TracebackType
+from typing import Any, Final
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from goalreach_bringup.ros2cli.arguments import TerminatedError
+from goalreach_bringup.ros2cli.participants_file import count_local_participants
+from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
+
+_STEP_S: Final = 0.05
+"""Longest sleep of the executor; chosen: short beside discovery, long beside a callback."""
+
+_SETTLED_S: Final = 0.3
+"""The graph must not have changed for so long. Chosen: some times what the endpoints of a
+participant need to follow it."""
+
+_DISCOVERY_S: Final = 5.0
+"""Longest wait for the graph. Chosen: DDS repeats an announcement that was lost after 3 s, and the
+endpoints follow it."""
+
+_GUID_PREFIX: Final = 12
+"""So many first bytes of an endpoint's identifier are its participant's."""
+
+_UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
+"""The graph's word for a node whose endpoint is known before its name."""
+
+_PROFILES_VARIABLE: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+"""Announces this process often: of 20 commands each, the slowest found a default node after 2.5 s
+without it and after 0.5 s with it."""
+
+
+def add_session_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of ros2cli that are about discovery and time."""
+    parser.add_argument(
+        '--spin-time',
+        type=float,
+        default=_DISCOVERY_S,
+        help='longest time to wait for discovery, in seconds (default: %(default)s); '
+        'the wait ends as soon as the graph has settled',
+    )
+    parser.add_argument(
+        '-s', '--use-sim-time', action='store_true', help='Enable ROS simulation time'
+    )
+    parser.add_argument(
+        '--no-daemon', action='store_true', help='accepted for ros2cli; there is never a daemon'
+    )
+
+
+class Session:
+    """Context manager around one node of the default context, and its executor.
+
+    Signals end it between two steps of the executor: inside ROS's own code they would come out as
+    any error.
+
+    Args:
+        args: The parsed options of `add_session_arguments`.
+        node_name: Name of the node; hidden and unique if None.
+    """
+
+    def __init__(self, args: argparse.Namespace, node_name: str | None = None) -> None:
+        self._spin_time_s: float = args.spin_time
+        self._use_sim_time: bool = args.use_sim_time
+        self._name = node_name or f'_ros2cli_{os.getpid()}'
+        self._signal: int | None = None
+
+    def __enter__(self) -> Session:  # noqa: PYI034 - Self is newer than Python 3.10
+        os.environ.setdefault(_PROFILES_VARIABLE, DISCOVERY_PROFILE)
+        # A log file for each look at the graph would only fill the disk.
+        rclpy.init(
+            args=['--ros-args', '--disable-external-lib-logs'],
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        self._handlers = {
+            number: signal.signal(number, self._on_signal)
+            for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        sim_time = Parameter('use_sim_time', value=self._use_sim_time)
+        self.node: Any = rclpy.create_node(
+            self._name, start_parameter_services=False, parameter_overrides=[sim_time]
+        )
+        self._executor: Any = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._executor.shutdown(timeout_sec=0)
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        """Note the signal; a second one interrupts at once."""
+        if self._signal is not None:
+            raise KeyboardInterrupt
+        self._signal = number
+
+    def spin_once(self, timeout_s: float = _STEP_S) -> None:
+        """Run what is ready, or wait for it.
+
+        Raises:
+            KeyboardInterrupt: SIGINT came.
+            TerminatedError: SIGTERM came.
+        """
+        self._executor.spin_once(timeout_sec=timeout_s)
+        if self._signal is not None:
+            raise KeyboardInterrupt if self._signal == signal.SIGINT else TerminatedError
+
+    def spin_until(self, condition: Callable[[], bool], timeout_s: float | None = None) -> bool:
+        """Run callbacks until the condition holds; return whether it does.
+
+        Args:
+            condition: Looked at before each step.
+            timeout_s: Longest wait, without end if None.
+        """
+        end_s = None if timeout_s is None else time.monotonic() + timeout_s
+        while not condition():
+            if end_s is not None and time.monotonic() >= end_s:
+                return False
+            self.spin_once()
+        return True
+
+    def result(self, future: Any, timeout_s: float | None, refusal: str) -> Any:
+        """Return the result of a future.
+
+        Raises:
+            CommandError: It failed, or was not there in time: with the refusal as its text.
+        """
+        if not self.spin_until(future.done, timeout_s):
+            raise CommandError(refusal)
+        if future.exception() is not None:
+            raise CommandError(f'{refusal}: {future.exception()}')
+        return future.result()
+
+    def discover(self, found: Callable[[], bool] | None = None) -> bool:
+        """Wait until the graph has settled and holds what is looked for.
+
+        It has settled when it does not change any more and has a node of each DDS participant
+        of this machine.
+
+        Args:
+            found: What is looked for; another node than this one if None.
+
+        Returns:
+            Whether it was found within the time allowed for discovery.
+        """
+        looked_for = found or self._is_not_alone
+        end_s = time.monotonic() + self._spin_time_s
+        graph: object = None
+        while True:
+            now_s = time.monotonic()
+            if graph != (graph := self._graph()):
+                changed_s = now_s
+            if now_s - changed_s >= _SETTLED_S and self._is_complete() and looked_for():
+                return True
+            if now_s >= end_s:
+                return looked_for()
+            self.spin_once()
+
+    def find(self, found: Callable[[], bool]) -> bool:
+        """Wait for one thing within the time allowed for discovery; return whether it is there."""
+        return self.spin_until(found, self._spin_time_s)
+
+    def node_names(self, *, hidden: bool) -> list[str]:
+        """Return the sorted full names of the nodes; with `hidden`, those of tools too."""
+        names = self.node.get_node_names_and_namespaces()
+        return sorted(
+            f'{namespace.rstrip("/")}/{name}'
+            for name, namespace in names
+            if hidden or (name and not name.startswith('_'))
+        )
+
+    def topics(self) -> dict[str, list[str]]:
+        """Return the types of each topic of the graph by its name, hidden ones too."""
+        return dict(sorted(self.node.get_topic_names_and_types()))
+
+    def services(self) -> dict[str, list[str]]:
+        """Return the types of each service of the graph by its name, hidden ones too."""
+        return dict(sorted(self.node.get_service_names_and_types()))
+
+    def _is_not_alone(self) -> bool:
+        return len(self.node.get_node_names()) > 1
+
+    def _is_complete(self) -> bool:
+        """Return whether a node of each participant of this machine is known by its name."""
+        seen = {
+            bytes(info.endpoint_gid[:_GUID_PREFIX])
+            for info in self.node.get_publishers_info_by_topic('/parameter_events')
+            if info.node_name != _UNKNOWN_NODE
+        }
+        return len(seen) >= count_local_participants(self.node.context.get_domain_id())
+
+    def _graph(self) -> tuple[list[str], dict[str, list[str]], dict[str, list[str]]]:
+        return self.node_names(hidden=True), self.topics(), self.services()
+
+
+def full_name(name: str) -> str:
+    """Return a node's name with the leading slash that users leave out."""
+    return name if name.startswith('/') else f'/{name}'

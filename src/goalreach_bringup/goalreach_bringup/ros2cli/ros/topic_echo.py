@@ -1,0 +1,187 @@
+"""`ros2 topic echo`: what goes over a topic, as text."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+import yaml
+
+from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float
+from goalreach_bringup.ros2cli.message_text import TextOptions, message_to_csv, message_to_yaml
+from goalreach_bringup.ros2cli.ros.qos import (
+    add_qos_arguments,
+    compatible_profile,
+    profile_from_options,
+)
+from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.ros.interfaces import message_class
+
+_INDEX = re.compile(r'\[(-?\d+)\]$')
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `ros2 topic echo`."""
+    add_session_arguments(parser)
+    parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
+    parser.add_argument('message_type', nargs='?', help="Type (e.g. 'std_msgs/msg/String')")
+    add_qos_arguments(parser, preset='sensor_data')
+    parser.add_argument('--csv', action='store_true', help='Output comma-separated values')
+    parser.add_argument(
+        '--field', help="Echo one field of a message (e.g. 'pose.pose' or 'status.[0].values')"
+    )
+    parser.add_argument(
+        '-f', '--full-length', action='store_true', help='Output all elements of arrays and text'
+    )
+    parser.add_argument(
+        '-l',
+        '--truncate-length',
+        type=non_negative_int,
+        default=128,
+        help='The length to truncate arrays, bytes, and strings to (default: %(default)s)',
+    )
+    for name, text in (('arr', 'array'), ('str', 'string')):
+        parser.add_argument(
+            f'--no-{name}', action='store_true', help=f"Don't print {text} fields of messages"
+        )
+    parser.add_argument('--flow-style', action='store_true', help='Print YAML in one line')
+    parser.add_argument(
+        '--no-lost-messages', action='store_true', help="Don't report when a message is lost"
+    )
+    parser.add_argument('--raw', action='store_true', help='Echo the serialized message')
+    parser.add_argument('--once', action='store_true', help='Exit after the first message')
+    parser.add_argument(
+        '--timeout', metavar='N', type=positive_float, help='Exit after so many seconds'
+    )
+    parser.add_argument(
+        '-i', '--include-message-info', action='store_true', help='Show the message info'
+    )
+    parser.set_defaults(run=echo_topic)
+
+
+def echo_topic(args: argparse.Namespace) -> None:
+    """Print the messages of a topic as they come.
+
+    Raises:
+        CommandError: The topic is not there, its type is not known, or the field is wrong.
+    """
+    path = _field_path(args.field)
+    with Session(args) as session:
+        node = session.node
+        topic = node.resolve_topic_name(args.topic_name)
+        profile = profile_from_options(args)
+        if profile is None or args.message_type is None:
+            session.discover(lambda: bool(node.count_publishers(topic)))
+        if profile is None:
+            publishers = node.get_publishers_info_by_topic(topic)
+            profile, notes = compatible_profile(args.qos_profile, publishers)
+            for note in notes:
+                print(note)
+        echo = _Echo(args, path)
+        node.create_subscription(
+            message_class(args.message_type or topic_type(session, topic)),
+            topic,
+            echo.on_message,
+            profile,
+            raw=args.raw,
+            event_callbacks=SubscriptionEventCallbacks(
+                message_lost=None if args.no_lost_messages else _on_lost
+            ),
+        )
+        session.spin_until(lambda: args.once and echo.count > 0, args.timeout)
+
+
+def topic_type(session: Session, topic: str) -> str:
+    """Return the one type of a topic.
+
+    Raises:
+        CommandError: The topic is not there, or has more than one type.
+    """
+    types = session.topics().get(topic, [])
+    if not types:
+        print(f'WARNING: topic [{topic}] does not appear to be published yet')
+        raise CommandError('Could not determine the type for the passed topic')
+    if len(types) > 1:
+        raise CommandError(
+            f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]"
+        )
+    return types[0]
+
+
+class _Echo:
+    """Prints each message that it is given.
+
+    Args:
+        args: The options of the command.
+        path: Names and indices that lead to the field to print.
+
+    Attributes:
+        count: Messages printed.
+    """
+
+    def __init__(self, args: argparse.Namespace, path: list[str]) -> None:
+        self.count = 0
+        self._path = path
+        self._csv: bool = args.csv
+        self._with_info: bool = args.include_message_info
+        self._options = TextOptions(
+            truncate_length=None if args.full_length else args.truncate_length,
+            no_arr=args.no_arr,
+            no_str=args.no_str,
+            flow_style=args.flow_style,
+        )
+
+    def on_message(self, message: Any, info: dict[str, Any]) -> None:
+        """Print one message.
+
+        Raises:
+            CommandError: It has no such field.
+        """
+        value = _select(message, self._path)
+        if not hasattr(value, 'get_fields_and_field_types'):
+            text = self._plain(value, info)
+        elif self._csv:
+            values = [*map(str, info.values())] if self._with_info else []
+            text = ','.join([*values, message_to_csv(value, self._options)]) + '\n'
+        else:
+            head = f'{yaml.dump(info)}---\n' if self._with_info else ''
+            text = f'{head}{message_to_yaml(value, self._options)}---\n'
+        print(text, end='', flush=True)
+        self.count += 1
+
+    def _plain(self, value: object, info: dict[str, Any]) -> str:
+        """Return the text of a number, a string, an array or serialized bytes."""
+        head = ''
+        if self._with_info:
+            head = f'---Got new message, message info:---\n{info}\n---Message data:---\n'
+        return f'{head}{value}\n---\n'
+
+
+def _field_path(field: str | None) -> list[str]:
+    path = [name for name in (field or '').split('.') if name]
+    if field is not None and not path:
+        raise CommandError(f"Invalid field value '{field}'")
+    return path
+
+
+def _select(message: Any, path: list[str]) -> Any:
+    value = message
+    try:
+        for name in path:
+            index = _INDEX.match(name)
+            value = value[int(index[1])] if index else getattr(value, name)
+    except (AttributeError, IndexError, TypeError) as error:
+        raise CommandError(f"Invalid field '{'.'.join(path)}': {error}") from None
+    return value
+
+
+def _on_lost(status: Any) -> None:
+    print(
+        'A message was lost!!!\n'
+        f'\ttotal count change:{status.total_count_change}\n'
+        f'\ttotal count: {status.total_count}---',
+        flush=True,
+    )

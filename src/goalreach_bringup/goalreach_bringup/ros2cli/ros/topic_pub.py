@@ -1,0 +1,121 @@
+"""`ros2 topic pub`: messages from the keyboard."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float, positive_int
+from goalreach_bringup.ros2cli.message_fields import Stamper, build_message, parse_values
+from goalreach_bringup.ros2cli.ros.qos import (
+    add_qos_arguments,
+    compatible_profile,
+    profile_from_options,
+)
+from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.ros.interfaces import message_class
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `ros2 topic pub`."""
+    add_session_arguments(parser)
+    parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
+    parser.add_argument('message_type', help="Type (e.g. 'std_msgs/msg/String')")
+    parser.add_argument(
+        'values', nargs='?', default='{}', help='Values to fill the message with, in YAML'
+    )
+    parser.add_argument(
+        '-r', '--rate', metavar='N', type=positive_float, default=1.0, help='Rate in Hz'
+    )
+    parser.add_argument(
+        '-p', '--print', metavar='N', type=non_negative_int, default=1, help='Print every N-th'
+    )
+    times = parser.add_mutually_exclusive_group()
+    times.add_argument('-1', '--once', action='store_true', help='Publish one message and exit')
+    times.add_argument(
+        '-t', '--times', metavar='N', type=positive_int, help='Publish N times and exit'
+    )
+    parser.add_argument(
+        '-w',
+        '--wait-matching-subscriptions',
+        metavar='N',
+        type=non_negative_int,
+        help='Wait for N subscriptions (default: 1 with --once or --times, otherwise 0)',
+    )
+    parser.add_argument(
+        '--max-wait-time-secs', metavar='N', type=positive_float, help='Longest such wait'
+    )
+    parser.add_argument(
+        '--keep-alive', metavar='N', type=float, default=0.1, help='Stay N seconds after the last'
+    )
+    parser.add_argument('-n', '--node-name', help='Name of the created publishing node')
+    add_qos_arguments(parser, preset='default')
+    parser.set_defaults(run=publish)
+
+
+def publish(args: argparse.Namespace) -> None:
+    """Publish one message, a number of them, or until it is interrupted.
+
+    Raises:
+        CommandError: The type or the values are wrong, or nobody subscribed in time.
+    """
+    kind = message_class(args.message_type)
+    message, stampers = build_message(kind, parse_values(args.values))
+    profile = profile_from_options(args) or compatible_profile(args.qos_profile, [])[0]
+    times = 1 if args.once else args.times
+    with Session(args, args.node_name) as session:
+        publisher = session.node.create_publisher(kind, args.topic_name, profile)
+        _wait_for_subscriptions(session, publisher, args, 1 if times else 0)
+        print('publisher: beginning loop', flush=True)
+        loop = _Loop(session.node, publisher, message, stampers, args.print)
+        loop.publish()
+        timer = session.node.create_timer(1.0 / args.rate, loop.publish)
+        session.spin_until(lambda: times is not None and loop.count >= times)
+        timer.cancel()
+        session.spin_until(lambda: False, args.keep_alive)
+
+
+class _Loop:
+    """Publishes the same message again and again, with fresh stamps.
+
+    Attributes:
+        count: Messages published.
+    """
+
+    def __init__(
+        self, node: Any, publisher: Any, message: Any, stampers: list[Stamper], print_every: int
+    ) -> None:
+        self.count = 0
+        self._node = node
+        self._publisher = publisher
+        self._message = message
+        self._stampers = stampers
+        self._print_every = print_every
+
+    def publish(self) -> None:
+        """Publish the message once."""
+        for stamp in self._stampers:
+            stamp(self._node.get_clock().now().to_msg())
+        self.count += 1
+        if self._print_every and self.count % self._print_every == 0:
+            print(f'publishing #{self.count}: {self._message!r}\n', flush=True)
+        self._publisher.publish(self._message)
+
+
+def _wait_for_subscriptions(
+    session: Session, publisher: Any, args: argparse.Namespace, default: int
+) -> None:
+    wanted = args.wait_matching_subscriptions
+    wanted = default if wanted is None else wanted
+    left_s = float('inf') if args.max_wait_time_secs is None else args.max_wait_time_secs
+    while publisher.get_subscription_count() < wanted:
+        if left_s <= 0.0:
+            raise CommandError(
+                f'Timed out waiting for subscribers: Expected {wanted} subscribers '
+                f'but only got {publisher.get_subscription_count()} subscribers'
+            )
+        print(f'Waiting for at least {wanted} matching subscription(s)...', flush=True)
+        wait_s = min(1.0, left_s)
+        session.spin_until(lambda: publisher.get_subscription_count() >= wanted, wait_s)
+        left_s -= wait_s

@@ -1,1 +1,0 @@
-"""Bringing the graph up, watching it drive, and taking it down."""

@@ -1,1 +1,0 @@
-"""Sweeps over seeds, noise and arenas, on this machine or on many."""

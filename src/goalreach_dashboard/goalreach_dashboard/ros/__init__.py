@@ -1,0 +1,1 @@
+"""Subscriptions, parameters and commands of the live page."""

@@ -1,0 +1,1 @@
+"""What the live page shows, as pure functions of its state."""

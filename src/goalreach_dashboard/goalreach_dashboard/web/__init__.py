@@ -1,0 +1,1 @@
+"""Web server, access control and controls of the live page."""

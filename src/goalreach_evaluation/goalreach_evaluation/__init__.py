@@ -1,0 +1,1 @@
+"""The whole loop in one process without ROS, path metrics, figures and sweeps."""

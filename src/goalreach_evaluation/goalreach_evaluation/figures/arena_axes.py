@@ -1,0 +1,154 @@
+"""Axes that show the arena: inches as in the paper, metres beside."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import MultipleLocator
+
+from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
+from goalreach_msgs_py.values import Region
+
+# The palette of Okabe and Ito, which people with any colour vision can tell apart.
+BLACK: Final = '#000000'
+ORANGE: Final = '#e69f00'
+SKY: Final = '#56b4e9'
+GREEN: Final = '#009e73'
+BLUE: Final = '#0072b2'
+VERMILION: Final = '#d55e00'
+GREY: Final = '#6e6e6e'
+
+_SIZE_IN = (5.4, 7.0)
+_TICK_IN = 20.0
+_TICK_M = 0.5
+_LED: dict[str, Any] = {
+    'marker': 'D',
+    'color': ORANGE,
+    'markeredgecolor': BLACK,
+    'markersize': 6,
+    'linestyle': '',
+}
+_GOAL: dict[str, Any] = {'facecolor': GREEN, 'alpha': 0.22, 'linewidth': 0}
+
+
+def to_inches(length_m: float) -> float:
+    """Return a length in inches."""
+    return length_m / INCH_M
+
+
+def arena_figure(arena: Arena, title: str) -> tuple[Figure, Axes]:
+    """Return a figure with walls, goal region and LEDs of an arena, seen from above.
+
+    The goal wall (y = 0) is at the bottom.
+
+    Args:
+        arena: What to draw.
+        title: Title above it.
+    """
+    figure = Figure(figsize=_SIZE_IN, layout='constrained')
+    axes = figure.add_subplot()
+    width, length = to_inches(arena.width_m), to_inches(arena.length_m)
+    axes.set_title(title, fontsize=11)
+    axes.set_aspect('equal')
+    axes.set_xlim(-4, width + 4)
+    axes.set_ylim(-8, length + 4)
+    axes.set_xlabel('x (in)')
+    axes.set_ylabel('y (in)')
+    _set_ticks(axes, width, length)
+    add_metre_axes(axes)
+    _draw_goal(axes, arena)
+    axes.add_patch(
+        Rectangle((0, 0), width, length, fill=False, edgecolor=BLACK, linewidth=2.2, zorder=6)
+    )
+    for x, y, _ in arena.landmarks_m:
+        axes.plot(to_inches(x), to_inches(y), zorder=7, **_LED)
+    return figure, axes
+
+
+def _set_ticks(axes: Axes, width: float, length: float) -> None:
+    axes.set_xticks([_TICK_IN * k for k in range(int(width // _TICK_IN) + 1)])
+    axes.set_yticks([_TICK_IN * k for k in range(int(length // _TICK_IN) + 1)])
+    axes.tick_params(labelsize=8)
+
+
+def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
+    """Add metres beside the inches, at the top and at the right.
+
+    Args:
+        axes: Axes in inches.
+        y_too: Whether the y axis is a length as well.
+    """
+    functions = (lambda value: value * INCH_M, lambda value: value / INCH_M)
+    top = axes.secondary_xaxis('top', functions=functions)
+    top.set_xlabel('x (m)' if y_too else axes.get_xlabel().replace('(in)', '(m)'))
+    top.tick_params(labelsize=8)
+    top.xaxis.set_major_locator(MultipleLocator(_TICK_M))
+    if y_too:
+        right = axes.secondary_yaxis('right', functions=functions)
+        right.set_ylabel('y (m)')
+        right.tick_params(labelsize=8)
+        right.yaxis.set_major_locator(MultipleLocator(_TICK_M))
+
+
+def _draw_goal(axes: Axes, arena: Arena) -> None:
+    x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(arena.regions.goal))
+    axes.add_patch(Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, **_GOAL))
+
+
+def add_legend(axes: Axes, *handles: Artist) -> None:
+    """Add a legend below the axes: what is given, then the goal region and the LEDs.
+
+    Args:
+        axes: Axes of `arena_figure`.
+        handles: Labelled artists that come first.
+    """
+    always = (Patch(label='goal region', **_GOAL), Line2D([], [], label='LED', **_LED))
+    legend = axes.legend(
+        handles=[*handles, *always],
+        loc='upper center',
+        bbox_to_anchor=(0.5, -0.085),
+        ncols=3,
+        fontsize=8,
+        frameon=False,
+    )
+    legend.set_in_layout(True)
+
+
+def draw_borders(axes: Axes, arena: Arena) -> None:
+    """Draw the borders between the regions as dotted lines, as the paper does."""
+    regions = arena.regions
+    width, length = to_inches(arena.width_m), to_inches(arena.length_m)
+    for x in regions.x_borders_m[1:3]:
+        axes.plot([to_inches(x)] * 2, [0, length], ':', color=GREY, linewidth=1.3, zorder=3)
+    for y in regions.y_borders_m[1:3]:
+        axes.plot([0, width], [to_inches(y)] * 2, ':', color=GREY, linewidth=1.3, zorder=3)
+
+
+def region_centre_in(arena: Arena, region: Region) -> tuple[float, float]:
+    """Return the centre of a region, inches."""
+    x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(region))
+    return (x_low + x_high) / 2, (y_low + y_high) / 2
+
+
+def draw_region_names(axes: Axes, arena: Arena, *, rise_in: float = 0.0, size: float = 8) -> None:
+    """Write the name of every region into it.
+
+    Args:
+        axes: Axes in inches.
+        arena: The arena.
+        rise_in: Height of the text above the centre, inches.
+        size: Font size, points.
+    """
+    for i, x_label in enumerate(X_LABELS):
+        for j, y_label in enumerate(Y_LABELS):
+            x, y = region_centre_in(arena, (i, j))
+            goal = '\ngoal' if (i, j) == arena.regions.goal else ''
+            text = f'{x_label}\n{y_label}{goal}'
+            axes.text(x, y + rise_in, text, ha='center', va='center', fontsize=size, zorder=5)

@@ -1,0 +1,74 @@
+"""Figures as files: SVG and PNG, the same bytes for the same data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+import tempfile
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.animation import PillowWriter
+from matplotlib.figure import Figure
+
+from goalreach_evaluation.figures.path_animation import FRAMES_PER_S, Animation
+from goalreach_msgs_py.files import make_folder, write_bytes_atomically
+
+_PNG_DPI = 160
+_METADATA: Any = {'svg': {'Date': None}, 'png': {'Software': None}}
+_SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
+
+
+def write_figure(
+    figure: Figure, folder: Path, name: str, endings: Sequence[str] = ('svg', 'png')
+) -> tuple[Path, ...]:
+    """Write a figure as `NAME.svg`, `NAME.png` or both.
+
+    Args:
+        figure: What to write.
+        folder: Where; made if it is not there.
+        name: Name without ending.
+        endings: Which of the two.
+
+    Returns:
+        The files.
+
+    Raises:
+        FileFormatError: A file cannot be written.
+    """
+    make_folder(folder)
+    files = []
+    for ending in endings:
+        content = BytesIO()
+        with rc_context(_SETTINGS):
+            figure.savefig(content, format=ending, dpi=_PNG_DPI, metadata=_METADATA[ending])
+        files.append(folder / f'{name}.{ending}')
+        write_bytes_atomically(files[-1], content.getvalue())
+    return tuple(files)
+
+
+_DPI = 80
+
+
+def write_animation(animation: Animation, folder: Path, name: str) -> Path:
+    """Write an animation as `NAME.gif`.
+
+    Args:
+        animation: What to write.
+        folder: Where; made if it is not there.
+        name: Name without ending.
+
+    Returns:
+        The file.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
+    make_folder(folder)
+    path = folder / f'{name}.gif'
+    with tempfile.TemporaryDirectory() as scratch, rc_context({'font.family': 'DejaVu Sans'}):
+        drawn = Path(scratch) / path.name
+        animation.frames.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_DPI)
+        write_bytes_atomically(path, drawn.read_bytes())
+    return path

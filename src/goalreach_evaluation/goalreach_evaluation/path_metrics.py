@@ -1,0 +1,259 @@
+"""How well one path was driven, measured against the truth.
+
+Used alike by a run over the graph and by an evaluation in one process, so their numbers compare.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from goalreach_msgs_py.angles import angle_difference
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+if TYPE_CHECKING:
+    pass
+
+
+_STANDING_M = 0.001
+# Distance from its start up to which the robot counts as standing there; chosen: a tenth of what
+# it drives in one control step.
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathResult:
+    """One driven path, as `run --summary` and `evaluate --json` write it.
+
+    Attributes:
+        start: Pose the robot was placed at, in `map`.
+        outcome: 'goal', 'false-goal', 'bump' or 'timeout', judged by the truth.
+        duration_s: Simulated time from the placing to the end.
+        length_m: Length of the true path.
+        turning_rad: Sum of the absolute changes of the true drive heading.
+        max_heading_step_rad: Largest change of the commanded heading between two control steps,
+            once under way: see `PathMeter`.
+        pose_error_m: rms, p95 and max of the position error while the state was trusted.
+        heading_error_rad: The same of the heading error.
+        trace: True positions (x, y) along the path, metres.
+    """
+
+    start: Pose2
+    outcome: str
+    duration_s: float
+    length_m: float
+    turning_rad: float
+    max_heading_step_rad: float
+    pose_error_m: dict[str, float]
+    heading_error_rad: dict[str, float]
+    trace: tuple[tuple[float, float], ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the result as JSON-ready values; the start as [x_m, y_m, heading_rad]."""
+        return {
+            'start': [self.start.x_m, self.start.y_m, self.start.heading_rad],
+            'outcome': self.outcome,
+            'duration_s': self.duration_s,
+            'length_m': self.length_m,
+            'turning_rad': self.turning_rad,
+            'max_heading_step_rad': self.max_heading_step_rad,
+            'pose_error_m': self.pose_error_m,
+            'heading_error_rad': self.heading_error_rad,
+            'trace': [list(point) for point in self.trace],
+        }
+
+
+def error_statistics(errors: Sequence[float]) -> dict[str, float]:
+    """Return rms, p95 and max of absolute errors; NaN-free: zeros where there are none."""
+    if not errors:
+        return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
+    values = np.abs(np.asarray(errors))
+    return {
+        'rms': float(np.sqrt(np.mean(values**2))),
+        'p95': float(np.percentile(values, 95)),
+        'max': float(values.max()),
+    }
+
+
+def _numbers() -> array[float]:
+    """Return an empty row of numbers: a path that finds no end has thousands of them."""
+    return array('d')
+
+
+@dataclass
+class PathMeter:
+    """Gathers one path tick by tick.
+
+    The change of the commanded heading counts from the step on at which the robot has left its
+    start, by the truth. Before it stands, looks for the landmarks and turns to its first heading;
+    what it is to follow may still change then as the first estimate settles, and moves nothing.
+
+    Attributes:
+        start: Pose the robot was placed at.
+        trace_step: Every how many ticks the trace keeps a position.
+    """
+
+    start: Pose2
+    trace_step: int = 5
+    _ticks: int = 0
+    _first_ns: int = 0
+    _last_ns: int = 0
+    _last_truth: Pose2 | None = None
+    _last_heading_rad: float | None = None
+    _length_m: float = 0.0
+    _turning_rad: float = 0.0
+    _max_step_rad: float = 0.0
+    _under_way: bool = False
+    _position_errors_m: array[float] = field(default_factory=_numbers)
+    _heading_errors_rad: array[float] = field(default_factory=_numbers)
+    _trace_m: array[float] = field(default_factory=_numbers)
+
+    def add(
+        self,
+        *,
+        time_ns: int,
+        truth: Pose2,
+        estimate: Pose2 | None,
+        commanded_heading_rad: float | None,
+    ) -> None:
+        """Add one control step.
+
+        Args:
+            time_ns: Stamp of the image behind it.
+            truth: True pose.
+            estimate: Estimated pose, or None where it was not trusted.
+            commanded_heading_rad: Heading in `map` that the controller wanted, or None.
+        """
+        if self._last_truth is None:
+            self._first_ns = time_ns
+        else:
+            last = self._last_truth
+            self._length_m += math.hypot(truth.x_m - last.x_m, truth.y_m - last.y_m)
+            self._turning_rad += abs(angle_difference(truth.heading_rad, last.heading_rad))
+        if estimate is not None:
+            error_m = math.hypot(estimate.x_m - truth.x_m, estimate.y_m - truth.y_m)
+            self._position_errors_m.append(error_m)
+            turn_rad = angle_difference(estimate.heading_rad, truth.heading_rad)
+            self._heading_errors_rad.append(turn_rad)
+        if commanded_heading_rad is not None:
+            if self._last_heading_rad is not None and self._left_start(truth):
+                step_rad = abs(angle_difference(commanded_heading_rad, self._last_heading_rad))
+                self._max_step_rad = max(self._max_step_rad, step_rad)
+            self._last_heading_rad = commanded_heading_rad
+        if self._ticks % self.trace_step == 0:
+            self._trace_m.extend((truth.x_m, truth.y_m))
+        self._ticks += 1
+        self._last_ns, self._last_truth = time_ns, truth
+
+    def _left_start(self, truth: Pose2) -> bool:
+        """Return whether the first alignment is over: the robot has driven off."""
+        gone_m = math.hypot(truth.x_m - self.start.x_m, truth.y_m - self.start.y_m)
+        self._under_way = self._under_way or gone_m > _STANDING_M
+        return self._under_way
+
+    def finish(self, outcome: PathOutcome, *, in_goal: bool) -> PathResult:
+        """Return the result.
+
+        Args:
+            outcome: How the controller says the path ended.
+            in_goal: Whether the robot's true centre was inside the goal region at that moment.
+        """
+        judged = outcome.value
+        trace_m = [*self._trace_m]
+        if self._last_truth is not None:
+            trace_m += [self._last_truth.x_m, self._last_truth.y_m]
+        trace_m = [round(value, 4) for value in trace_m]
+        if outcome is PathOutcome.GOAL and not in_goal:
+            judged = 'false-goal'
+        return PathResult(
+            start=self.start,
+            outcome=judged,
+            duration_s=(self._last_ns - self._first_ns) * 1e-9,
+            length_m=self._length_m,
+            turning_rad=self._turning_rad,
+            max_heading_step_rad=self._max_step_rad,
+            pose_error_m=error_statistics(self._position_errors_m),
+            heading_error_rad=error_statistics(self._heading_errors_rad),
+            trace=tuple(zip(trace_m[::2], trace_m[1::2], strict=True)),
+        )
+
+
+_MEASURES: Final = ('duration_s', 'length_m', 'turning_rad')
+_ERRORS: Final = ('pose_error_m', 'heading_error_rad')
+
+
+@dataclass
+class Spread:
+    """Mean and worst of one measure of paths, in its unit.
+
+    Attributes:
+        total: Sum over the paths.
+        worst: The largest.
+    """
+
+    total: float = 0.0
+    worst: float = 0.0
+
+    def add(self, value: float) -> None:
+        """Count one path's."""
+        self.total += value
+        self.worst = max(self.worst, value)
+
+
+@dataclass
+class PathTally:
+    """Counts paths one by one; a run of days takes no more room than one path.
+
+    Attributes:
+        paths: How many there were.
+        goals: How many reached the goal, judged by the truth.
+        spreads: Of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
+            path's 'pose_error_m' and 'heading_error_rad'.
+    """
+
+    paths: int = 0
+    goals: int = 0
+    spreads: dict[str, Spread] = field(
+        default_factory=lambda: {name: Spread() for name in (*_MEASURES, *_ERRORS)}
+    )
+
+    @classmethod
+    def of(cls, results: Iterable[PathResult]) -> PathTally:
+        """Return the tally of paths that are there."""
+        tally = cls()
+        for result in results:
+            tally.add(result)
+        return tally
+
+    def add(self, result: PathResult) -> None:
+        """Count a path."""
+        self.paths += 1
+        self.goals += result.outcome == 'goal'
+        for name in _MEASURES:
+            self.spreads[name].add(getattr(result, name))
+        for name in _ERRORS:
+            self.spreads[name].add(getattr(result, name)['p95'])
+
+    def mean(self, name: str) -> float:
+        """Return the mean over the paths of one of the measures; 0 where there are no paths."""
+        return self.spreads[name].total / self.paths if self.paths else 0.0
+
+
+_Z95 = 1.959964
+
+
+def wilson_interval(successes: int, n: int) -> tuple[float, float]:
+    """Return the 95 % Wilson score interval of a proportion.
+
+    Args:
+        successes: How many of them.
+        n: Out of how many, at least 1.
+    """
+    share, z2 = successes / n, _Z95**2
+    centre = (share + z2 / (2 * n)) / (1 + z2 / n)
+    half = _Z95 * math.sqrt(share * (1 - share) / n + z2 / (4 * n * n)) / (1 + z2 / n)
+    return max(0.0, centre - half), min(1.0, centre + half)

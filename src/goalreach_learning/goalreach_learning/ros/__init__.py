@@ -1,0 +1,1 @@
+"""Services and waits of the `goal_reaching_controller` node."""

@@ -1,0 +1,109 @@
+"""Standard ROS 2 parameter files: `node: {ros__parameters: {name: value}}`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from goalreach_msgs_py.errors import FileFormatError, one_line_repr
+from goalreach_msgs_py.files import load_yaml, write_text_atomically
+
+NodeParameters = dict[str, dict[str, Any]]
+"""Parameter values by dotted name, by node name."""
+
+_KEY = 'ros__parameters'
+_WILDCARDS = ('/**', '**', '/*')
+
+
+def read_parameters(path: str | Path, nodes: Iterable[str]) -> NodeParameters:
+    """Return the parameters of a file for the given nodes, wildcards applied first.
+
+    Args:
+        path: The file.
+        nodes: Names of the nodes of the graph.
+
+    Raises:
+        FileFormatError: The file cannot be read, is no parameter file, or names another node.
+    """
+    known = tuple(nodes)
+    sections = _load(path)
+    parameters: NodeParameters = {node: {} for node in known}
+    for name in sorted(sections, key=lambda key: key not in _WILDCARDS):
+        section = sections[name]
+        if not isinstance(section, dict) or not isinstance(section.get(_KEY), dict):
+            raise FileFormatError(path, f'{name}: must hold a mapping {_KEY}')
+        values = _flatten(path, section[_KEY])
+        if name in _WILDCARDS:
+            for node in known:
+                parameters[node].update(values)
+        elif str(name).lstrip('/') in parameters:
+            parameters[str(name).lstrip('/')].update(values)
+        else:
+            raise FileFormatError(path, f'{name}: must be one of {", ".join(known)} or /**')
+    return parameters
+
+
+def _load(path: str | Path) -> Mapping[str, Any]:
+    try:
+        text = Path(path).read_text(encoding='utf-8')
+        content = load_yaml(text)
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, 'is not UTF-8 text') from None
+    except yaml.YAMLError as error:
+        where = getattr(error, 'problem_mark', None)
+        place = '' if where is None else f' at line {where.line + 1}'
+        raise FileFormatError(path, f'is not YAML{place}') from None
+    if not isinstance(content, dict) or not content:
+        raise FileFormatError(path, f'must be a mapping of nodes to {_KEY}')
+    return content
+
+
+def _flatten(path: str | Path, values: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        name = f'{prefix}{key}'
+        if isinstance(value, dict):
+            flat.update(_flatten(path, value, f'{name}.'))
+        elif value is None or isinstance(value, (bool, int, float, str, list)):
+            if value is None:
+                raise FileFormatError(path, f'{name}: has no value')
+            flat[name] = value
+        else:
+            reason = f'{name} = {one_line_repr(value)}: must be a number, text or list'
+            raise FileFormatError(path, reason)
+    return flat
+
+
+def merge_parameters(*layers: NodeParameters) -> NodeParameters:
+    """Return the union of parameters; later layers win."""
+    merged: NodeParameters = {}
+    for layer in layers:
+        for node, values in layer.items():
+            merged.setdefault(node, {}).update(values)
+    return merged
+
+
+def write_parameters(path: str | Path, parameters: NodeParameters) -> None:
+    """Write a parameter file.
+
+    Empty lists are left out: the format cannot tell their type, and they are the defaults.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
+    document = {
+        node: {
+            _KEY: {name: _plain(value) for name, value in values.items() if value not in ((), [])}
+        }
+        for node, values in parameters.items()
+    }
+    write_text_atomically(path, yaml.safe_dump(document, sort_keys=True))
+
+
+def _plain(value: Any) -> Any:  # noqa: ANN401 - a parameter of any type
+    return [float(element) for element in value] if isinstance(value, tuple) else value

@@ -1,0 +1,1 @@
+"""Conversions to ROS messages, QoS, parameters and the life of a node."""

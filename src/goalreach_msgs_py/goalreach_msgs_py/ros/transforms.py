@@ -1,0 +1,137 @@
+"""The frames of the robot as transforms, published wherever tf2_msgs can be imported.
+
+tf2_msgs is not among the pip wheels, so nothing of ours depends on it; on a full ROS 2
+installation RViz and Foxglove find the robot by it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from typing import Any
+
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.topics import (
+    BASE_FRAME,
+    BUMPER_FRAME,
+    CAMERA_FRAME,
+    MAP_FRAME,
+    ODOM_FRAME,
+)
+from goalreach_msgs_py.values import HeadAngles, Pose2
+
+TURRET_FRAME = 'turret_link'
+PAN_FRAME = 'pan_link'
+TILT_FRAME = 'tilt_link'
+
+_OPTICAL_ROTATION = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)
+"""From x forward, z up to x right, y down, z forward (REP-103)."""
+
+
+def _stamped(
+    stamp_ns: int, parent: str, child: str, offset: Vector3, rotation: Quaternion
+) -> TransformStamped:
+    return TransformStamped(
+        header=header(stamp_ns, parent),
+        child_frame_id=child,
+        transform=Transform(translation=offset, rotation=rotation),
+    )
+
+
+def _yaw(angle_rad: float) -> Quaternion:
+    return Quaternion(z=math.sin(angle_rad / 2.0), w=math.cos(angle_rad / 2.0))
+
+
+def odometry_transforms(stamp_ns: int, pose: Pose2, base_yaw_rad: float) -> list[TransformStamped]:
+    """Return odom -> base_link and base_link -> bumper_link.
+
+    Args:
+        stamp_ns: Stamp, nanoseconds.
+        pose: Encoder odometry.
+        base_yaw_rad: Yaw of the base, which does not turn with the steering, in `odom`.
+    """
+    place = Vector3(x=float(pose.x_m), y=float(pose.y_m))
+    return [
+        _stamped(stamp_ns, ODOM_FRAME, BASE_FRAME, place, _yaw(pose.heading_rad)),
+        _stamped(
+            stamp_ns, BASE_FRAME, BUMPER_FRAME, Vector3(), _yaw(base_yaw_rad - pose.heading_rad)
+        ),
+    ]
+
+
+def head_transforms(
+    stamp_ns: int, joints: HeadAngles, camera_height_m: float
+) -> list[TransformStamped]:
+    """Return base_link -> turret_link -> pan_link -> tilt_link; the lens is on the axis.
+
+    Args:
+        stamp_ns: Stamp, nanoseconds.
+        joints: Joint angles.
+        camera_height_m: Height of the optical centre above the floor.
+    """
+    half_rad = -joints.tilt_rad / 2.0  # upward is a turn about -y
+    tilt = Quaternion(y=math.sin(half_rad), w=math.cos(half_rad))
+    up = Vector3(z=float(camera_height_m))
+    return [
+        _stamped(stamp_ns, BASE_FRAME, TURRET_FRAME, Vector3(), _yaw(joints.turret_rad)),
+        _stamped(stamp_ns, TURRET_FRAME, PAN_FRAME, up, _yaw(joints.pan_rad)),
+        _stamped(stamp_ns, PAN_FRAME, TILT_FRAME, Vector3(), tilt),
+    ]
+
+
+def optical_transform() -> TransformStamped:
+    """Return tilt_link -> camera_optical_frame, which never changes."""
+    return _stamped(0, TILT_FRAME, CAMERA_FRAME, Vector3(), _OPTICAL_ROTATION)
+
+
+def map_to_odom(stamp_ns: int, in_map: Pose2, in_odom: Pose2) -> TransformStamped:
+    """Return map -> odom: what takes the encoders' pose to the estimated one.
+
+    Args:
+        stamp_ns: Stamp, nanoseconds.
+        in_map: Estimated pose of the robot.
+        in_odom: Encoder pose of the same stamp.
+    """
+    turn_rad = in_map.heading_rad - in_odom.heading_rad
+    cosine, sine = math.cos(turn_rad), math.sin(turn_rad)
+    offset = Vector3(
+        x=in_map.x_m - (cosine * in_odom.x_m - sine * in_odom.y_m),
+        y=in_map.y_m - (sine * in_odom.x_m + cosine * in_odom.y_m),
+    )
+    return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, offset, _yaw(turn_rad))
+
+
+class TransformPublisher:
+    """Publishes on /tf and /tf_static where tf2_msgs is installed; else does nothing.
+
+    Args:
+        node: The node that publishes.
+        static: Transforms that never change.
+    """
+
+    def __init__(self, node: Node, static: list[TransformStamped] | None = None) -> None:
+        """Look for tf2_msgs and make the publishers."""
+        self._message: Any = None
+        try:
+            self._message = importlib.import_module('tf2_msgs.msg').TFMessage
+        except ImportError:
+            return
+        self._publisher = node.create_publisher(self._message, '/tf', QoSProfile(depth=100))
+        if static:
+            latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            self._static = node.create_publisher(self._message, '/tf_static', latched)
+            self._static.publish(self._message(transforms=static))
+
+    @property
+    def active(self) -> bool:
+        """Whether tf2_msgs was found; spares the work of computing what nobody can publish."""
+        return self._message is not None
+
+    def publish(self, transforms: list[TransformStamped]) -> None:
+        """Publish transforms."""
+        if self.active:
+            self._publisher.publish(self._message(transforms=transforms))

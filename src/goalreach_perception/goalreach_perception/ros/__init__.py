@@ -1,0 +1,1 @@
+"""Messages that only the perception nodes publish."""

@@ -1,0 +1,41 @@
+"""The detected LEDs as visualization_msgs/ImageMarker, which viewers draw over the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geometry_msgs.msg import Point
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import ImageMarker
+
+from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.topics import CAMERA_FRAME
+from goalreach_msgs_py.values import LandmarkObservation
+
+_NAMESPACE = 'leds'
+_DIAMETER_PX = 12.0
+_COLOURS = (
+    ColorRGBA(r=0.90, g=0.62, b=0.0, a=1.0),
+    ColorRGBA(r=0.34, g=0.71, b=0.91, a=1.0),
+    ColorRGBA(r=0.0, g=0.62, b=0.45, a=1.0),
+)
+"""Orange, sky blue and green, which the colour-blind tell apart; further LEDs begin anew."""
+
+
+def image_markers(landmarks: Sequence[LandmarkObservation | None], stamp_ns: int) -> ImageMarker:
+    """Return one dot for each LED that was seen, in pixels, coloured by its number.
+
+    Args:
+        landmarks: Observation of LED i, or None where it is not seen.
+        stamp_ns: Stamp of the image.
+    """
+    seen = [(number, led) for number, led in enumerate(landmarks) if led is not None]
+    return ImageMarker(
+        header=header(stamp_ns, CAMERA_FRAME),
+        ns=_NAMESPACE,
+        type=ImageMarker.POINTS,
+        action=ImageMarker.ADD if seen else ImageMarker.REMOVE,
+        scale=_DIAMETER_PX,
+        points=[Point(x=float(led.u_px), y=float(led.v_px)) for _, led in seen],
+        outline_colors=[_COLOURS[number % len(_COLOURS)] for number, _ in seen],
+    )

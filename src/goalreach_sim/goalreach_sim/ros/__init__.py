@@ -1,0 +1,1 @@
+"""Clocks and publishers of the `nomad200` node."""

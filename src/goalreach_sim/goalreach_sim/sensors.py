@@ -1,0 +1,159 @@
+"""All that the simulated robot senses at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Pose2
+from goalreach_sim.path_integral import Motion, displacement
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SensorFrame:
+    """All that is sensed at one moment.
+
+    Attributes:
+        time_ns: The robot's clock.
+        image: (height, width) grey values, a fresh array.
+        camera: The camera as calibrated; the real lens differs by the drawn focal error.
+        joints: Turret, pan and tilt as their encoders read them.
+        odometry: What the wheel encoders say, in `odom`.
+        bumpers: 20 flags; sensor i sits at 18 i degrees on the base.
+        truth: True pose and velocity in `map`; for evaluation and display only.
+        truth_head: True angles of the camera's carriers.
+        truth_base_yaw_rad: True orientation of the base, which carries the bumpers, in `map`.
+        base_yaw_rad: The same by the encoders: in `odom`.
+    """
+
+    time_ns: int
+    image: NDArray[np.uint8]
+    camera: PinholeCamera
+    joints: HeadAngles
+    odometry: Odometry
+    bumpers: tuple[bool, ...]
+    truth: Odometry
+    truth_head: HeadAngles
+    truth_base_yaw_rad: float
+    base_yaw_rad: float
+
+
+class WheelOdometry:
+    """The second of the two robots that the original simulator keeps: the one encoders believe.
+
+    The encoders count wheel turns, so distance has a scale error and is blind to slip; heading
+    is the steering angle since the start and is blind to the base turning under the robot.
+
+    Args:
+        scale: Distance by the encoders over distance driven.
+    """
+
+    def __init__(self, scale: float) -> None:
+        self.scale = scale
+        self._x_m = self._y_m = self._yaw_rad = 0.0
+
+    def define(self, pose: Pose2, steering_rad: float) -> None:
+        """Count on from a pose that holds at the present steering angle."""
+        self._x_m, self._y_m = pose.x_m, pose.y_m
+        self._yaw_rad = pose.heading_rad - steering_rad
+
+    def count(self, motion: Motion, dt_s: float) -> None:
+        """Count a piece of the motion of the wheels, its heading being the steering angle."""
+        steering_rad, turn, turn_change, speed, acceleration = motion
+        scale = self.scale
+        dx_m, dy_m = displacement(
+            Motion(
+                self._yaw_rad + steering_rad,
+                turn,
+                turn_change,
+                scale * speed,
+                scale * acceleration,
+            ),
+            dt_s,
+        )
+        self._x_m += dx_m
+        self._y_m += dy_m
+
+    def pose(self, steering_rad: float) -> Pose2:
+        """Return the pose in `odom` at the present steering angle."""
+        heading_rad = wrap_angle(self._yaw_rad + steering_rad)
+        return Pose2(x_m=self._x_m, y_m=self._y_m, heading_rad=heading_rad)
+
+
+BUMPER_COUNT = 20
+BUMPER_SPACING_RAD = math.radians(18.0)
+_HALF_ARC_RAD = math.radians(18.0)
+_EDGE_RAD = 1e-9
+"""The ends of an arc belong to it, whatever the rounding."""
+
+_NONE_PRESSED = (False,) * BUMPER_COUNT
+
+
+def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tuple[bool, ...]:
+    """Return which sensors are pressed.
+
+    Args:
+        directions_rad: Azimuths in `map` in which the body touches something.
+        base_yaw_rad: Orientation of the base in `map`; not the drive heading.
+
+    Returns:
+        20 flags; every sensor whose arc, ends included, covers a direction is pressed.
+    """
+    pressed = set()
+    for direction_rad in directions_rad:
+        bearing_rad = direction_rad - base_yaw_rad
+        for index in range(BUMPER_COUNT):
+            offset_rad = angle_difference(bearing_rad, index * BUMPER_SPACING_RAD)
+            if abs(offset_rad) <= _HALF_ARC_RAD + _EDGE_RAD:
+                pressed.add(index)
+    return tuple(index in pressed for index in range(BUMPER_COUNT)) if pressed else _NONE_PRESSED
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunErrors:
+    """The errors of one run.
+
+    Attributes:
+        landmark_offsets_m: (n, 3), where the LEDs are minus where the survey says.
+        camera_height_m: True height of the camera minus the nominal one.
+        focal_scale: True focal length over the calibrated one.
+        pan_bias_rad: True pan angle minus what its encoder reads.
+        tilt_bias_rad: The same for tilt.
+        odometry_scale: Distance by the encoders over distance driven.
+        drift_rad_per_m: Turn of the base per metre driven, unseen by the encoders.
+    """
+
+    landmark_offsets_m: FloatArray
+    camera_height_m: float
+    focal_scale: float
+    pan_bias_rad: float
+    tilt_bias_rad: float
+    odometry_scale: float
+    drift_rad_per_m: float
+
+
+def draw_run_errors(noise: NoiseModel, landmarks: int, rng: np.random.Generator) -> RunErrors:
+    """Draw the errors of one run, each normal with the standard deviation of the model.
+
+    Args:
+        noise: How large they may be.
+        landmarks: Number of LEDs.
+        rng: Where they are drawn from; always the same number of draws.
+    """
+    height, focal, pan, tilt, scale, drift = rng.standard_normal(6).tolist()
+    return RunErrors(
+        landmark_offsets_m=noise.survey_error_m * rng.standard_normal((landmarks, 3)),
+        camera_height_m=noise.camera_height_error_m * height,
+        focal_scale=1.0 + noise.focal_error * focal,
+        pan_bias_rad=noise.pan_tilt_bias_rad * pan,
+        tilt_bias_rad=noise.pan_tilt_bias_rad * tilt,
+        odometry_scale=1.0 + noise.odometry_scale_error * scale,
+        drift_rad_per_m=noise.odometry_drift_rad_per_m * drift,
+    )

@@ -1,0 +1,180 @@
+"""Comparing messages field by field, bags message by message, and messages as tables."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from goalreach_bags.compare import Recomputation, compare_bags
+from goalreach_bags.decode import Decoder, differences
+from goalreach_bags.export import MessageTable, write_table
+from goalreach_bags.reader import BagReader
+from goalreach_msgs_py.errors import ConfigurationError
+from small_bags import STORE, serialize, string_topic, text_message, texts, write_bag
+
+JOINTS = 'sensor_msgs/msg/JointState'
+
+
+def joints(position: list[float], frame: str = 'map') -> Any:  # noqa: ANN401
+    types: Any = STORE.types
+    stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=0)
+    empty = np.zeros(0)
+    return types[JOINTS](
+        header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame),
+        name=['a', 'b'],
+        position=np.array(position),
+        velocity=empty,
+        effort=empty,
+    )
+
+
+def status(**values: str) -> Any:  # noqa: ANN401
+    types: Any = STORE.types
+    pairs = [types['diagnostic_msgs/msg/KeyValue'](key=k, value=v) for k, v in values.items()]
+    return types['diagnostic_msgs/msg/DiagnosticStatus'](
+        level=0, name='n', message='m', hardware_id='h', values=pairs
+    )
+
+
+def found(first: Any, second: Any) -> list[tuple[str, float]]:  # noqa: ANN401
+    return [(d.field, d.amount) for d in differences(first, second)]
+
+
+def test_equal_messages_do_not_differ() -> None:
+    assert found(joints([1.0, math.nan]), joints([1.0, math.nan])) == []
+
+
+def test_worst_element_of_an_array_is_named() -> None:
+    assert found(joints([1.0, 2.0]), joints([1.5, 4.0])) == [('position[1]', 2.0)]
+
+
+def test_seen_and_not_seen_differ_without_end() -> None:
+    assert found(joints([1.0, math.nan]), joints([1.0, 0.0])) == [('position[1]', math.inf)]
+
+
+def test_lengths_and_texts_differ() -> None:
+    assert found(joints([1.0]), joints([1.0, 2.0])) == [('position.length', math.inf)]
+    assert found(joints([], 'map'), joints([], 'odom')) == [('header.frame_id', math.inf)]
+
+
+def test_values_of_diagnostics_are_numbers_by_their_keys() -> None:
+    assert found(status(x_m='1.0', r='A'), status(x_m='1.25', r='B')) == [
+        ('values.x_m', 0.25),
+        ('values.r', math.inf),
+    ]
+    assert found(status(x_m='1.0'), status(x_m='1.00')) == []
+    assert found(status(x='1'), status(y='1'))[0][1] == math.inf
+
+
+def test_recomputation_names_the_first_beyond_the_tolerance() -> None:
+    names = ('/landmarks', '/pose', '/state', '/head/command')
+    decoder = Decoder([string_topic(name, type_name=JOINTS, type_hash='') for name in names])
+    comparison = Recomputation(decoder, 1e-9)
+    before = serialize(joints([1.0, 2.0]), JOINTS)
+    for stamp_ns, now in ((1, [1.0, 2.0 + 5e-10]), (2, [1.1, 2.0]), (3, [1.2, 2.0])):
+        comparison.compare('/pose', stamp_ns, before, serialize(joints(now), JOINTS))
+        comparison.compare('/state', stamp_ns, before, before)
+
+    results = comparison.ordered()
+    assert results[0].topic == '/pose'
+    worst = results[0]
+    assert (worst.compared, worst.different, worst.worst_field) == (3, 2, 'position[0]')
+    assert worst.first is not None
+    assert (worst.first.stamp_ns, worst.first.difference.second) == (2, 1.1)
+    assert comparison.results['/state'].same
+    assert not comparison.results['/landmarks'].same, 'what was not compared is not the same'
+
+
+@pytest.fixture
+def bags(tmp_path: Path) -> tuple[Path, list[tuple[str, int, bytes]]]:
+    messages = texts(10)
+    write_bag(tmp_path / 'a', messages)
+    return tmp_path, messages
+
+
+def compared(folder: Path, other: list[tuple[str, int, bytes]], **options: Any) -> str:  # noqa: ANN401
+    write_bag(folder / 'b', other, storage='sqlite3')
+    with BagReader(folder / 'a') as first, BagReader(folder / 'b') as second:
+        (comparison,) = compare_bags(first, second, lambda _: True, **options)
+    assert comparison.counts == (10, len(other))
+    return comparison.where
+
+
+Bags = tuple[Path, list[tuple[str, int, bytes]]]
+
+
+def test_same_messages_in_another_storage_are_the_same(bags: Bags) -> None:
+    assert compared(*bags) == ''
+
+
+def test_missing_message_is_found(bags: Bags) -> None:
+    assert compared(bags[0], bags[1][:9]) == 'message 9: only in the first'
+
+
+def test_changed_field_is_named(bags: Bags) -> None:
+    changed = [*bags[1][:4], ('/text', bags[1][4][1], text_message('new')), *bags[1][5:]]
+
+    assert compared(bags[0], changed) == ('message 4 at 0.005 s: data = 000004xxxxxxxxxx and new')
+
+
+def test_other_receive_times_are_told_or_ignored(bags: Bags, tmp_path: Path) -> None:
+    later = [(topic, time_ns + 2_000_000, data) for topic, time_ns, data in bags[1]]
+
+    assert compared(bags[0], later, times=False) == ''
+    write_bag(tmp_path / 'c', later)
+    with BagReader(tmp_path / 'a') as first, BagReader(tmp_path / 'c') as second:
+        (comparison,) = compare_bags(first, second, lambda _: True)
+    assert comparison.where == 'message 0 at 0.001 s: received at 0.003 s in the second'
+
+
+def test_topic_of_one_bag_alone_is_named(bags: Bags, tmp_path: Path) -> None:
+    write_bag(tmp_path / 'c', [], topics=[string_topic('/other')])
+    with BagReader(tmp_path / 'a') as first, BagReader(tmp_path / 'c') as second:
+        comparisons = compare_bags(first, second, lambda _: True)
+
+    assert {c.topic: c.where for c in comparisons} == {
+        '/other': 'only in one of them',
+        '/text': 'only in one of them',
+    }
+    assert bags
+
+
+def test_table_has_a_column_per_field_and_leaves_long_arrays_out() -> None:
+    table = MessageTable(max_array=2)
+    table.add(5, joints([1.0, 2.0]))
+    table.add(6, joints([1.0, 2.0, 3.0]))
+    table.add(7, status(x_m='1.5', r='A'))
+    table.make_numbers()
+
+    assert table.rows == 3
+    assert table.left_out == {'position'}
+    assert table.columns['time_ns'] == [5, 6, 7]
+    assert table.columns['position[1]'] == [2.0, None, None]
+    assert table.columns['position.length'] == [None, 3, None]
+    assert table.columns['values.x_m'] == [None, None, 1.5]
+    assert table.columns['values.r'] == [None, None, 'A']
+    assert 'OK' not in table.columns, 'constants are no fields'
+
+
+def test_tables_are_written_by_their_ending(tmp_path: Path) -> None:
+    table = MessageTable(max_array=2)
+    table.add(5, joints([1.0, 2.0]))
+
+    write_table(tmp_path / 'a.csv', table)
+    assert (tmp_path / 'a.csv').read_text().splitlines()[0].startswith('time_ns,header.stamp.sec')
+    with pytest.raises(ConfigurationError, match=r'\.csv or \.parquet'):
+        write_table(tmp_path / 'a.xlsx', table)
+
+
+def test_parquet_holds_the_same(tmp_path: Path) -> None:
+    parquet = pytest.importorskip('pyarrow.parquet')
+    table = MessageTable(max_array=2)
+    table.add(5, joints([1.0, 2.0]))
+
+    write_table(tmp_path / 'a.parquet', table)
+
+    read = parquet.read_table(tmp_path / 'a.parquet').to_pydict()
+    assert read['position[1]'] == [2.0]
+    assert read['time_ns'] == [5]

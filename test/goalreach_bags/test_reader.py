@@ -1,0 +1,135 @@
+"""Every mistake about a bag is one line that says what to do."""
+
+from pathlib import Path
+
+import pytest
+
+from goalreach_bags.decode import Decoder
+from goalreach_bags.reader import BagReader
+from goalreach_bags.topic import BagError
+from goalreach_msgs_py.errors import GoalreachError
+from small_bags import string_topic, texts, write_bag
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    write_bag(tmp_path / 'bag', texts(20, 100_000))
+    return tmp_path / 'bag'
+
+
+def read(path: Path) -> int:
+    with BagReader(path) as bag:
+        return len(list(bag.messages()))
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(BagError) as caught:
+        read(path)
+    text = str(caught.value)
+    assert len(text.splitlines()) == 1
+    return text
+
+
+def change(bag: Path, before: str, after: str) -> None:
+    path = bag / 'metadata.yaml'
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after, 1))
+
+
+def test_whole_bag_is_read(bag: Path) -> None:
+    assert read(bag) == 20
+
+
+def test_older_version_is_read(bag: Path) -> None:
+    change(bag, 'version: 9', 'version: 5')
+
+    assert read(bag) == 20
+
+
+def test_newer_version_is_refused(bag: Path) -> None:
+    change(bag, 'version: 9', 'version: 10')
+
+    assert refusal(bag).endswith('is of version 10: versions to 9 are known')
+
+
+def test_unknown_storage_is_refused(bag: Path) -> None:
+    change(bag, 'storage_identifier: mcap', 'storage_identifier: tape')
+
+    assert 'tape' in refusal(bag)
+
+
+@pytest.mark.parametrize('kept', [0.0, 0.3, 0.9])
+def test_truncated_file_is_refused(bag: Path, kept: float) -> None:
+    path = bag / 'bag_0.mcap'
+    path.write_bytes(path.read_bytes()[: int(kept * path.stat().st_size)])
+
+    assert 'is damaged or cut short' in refusal(bag)
+    assert 'record --repair' in refusal(bag)
+
+
+def test_changed_bytes_are_found(bag: Path) -> None:
+    path = bag / 'bag_0.mcap'
+    data = bytearray(path.read_bytes())
+    data[300_000] ^= 1
+    path.write_bytes(bytes(data))
+
+    assert 'checksum' in refusal(bag)
+
+
+def test_missing_file_is_refused(bag: Path) -> None:
+    (bag / 'bag_0.mcap').unlink()
+
+    assert 'missing' in refusal(bag)
+
+
+def test_unfinished_bag_names_the_remedy(bag: Path) -> None:
+    (bag / 'metadata.yaml').unlink()
+
+    assert refusal(bag).endswith('was not finished: goalreach record --repair brings it in order')
+
+
+@pytest.mark.parametrize('text', ['', ']', 'a: b', 'rosbag2_bagfile_information: {}', '\xff'])
+def test_damaged_summary_is_refused(bag: Path, text: str) -> None:
+    (bag / 'metadata.yaml').write_text(text, encoding='latin-1')
+
+    assert refusal(bag).endswith('metadata.yaml: is not the summary of a bag')
+
+
+def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'file').write_text('')
+    (tmp_path / 'folder').mkdir()
+
+    assert refusal(tmp_path / 'file').endswith('is not a bag: a bag is a directory')
+    assert refusal(tmp_path / 'folder').endswith('is not a bag: it holds no metadata.yaml')
+    assert refusal(tmp_path / 'nothing').endswith('does not exist')
+
+
+def test_missing_topics_are_named(bag: Path) -> None:
+    with BagReader(bag) as reader, pytest.raises(BagError, match=r'no message of /odom, /pose$'):
+        reader.require(['/text', '/pose', '/odom'])
+
+
+def test_type_of_another_definition_is_refused() -> None:
+    other = string_topic(type_hash='RIHS01_' + 64 * '0')
+
+    with pytest.raises(GoalreachError, match='/text: std_msgs/msg/String has another definition'):
+        Decoder([other])
+
+
+def test_type_that_jazzy_lacks_is_learned_from_the_bag() -> None:
+    topic = string_topic(type_name='my_msgs/msg/Own', type_hash='', definition='int32 number\n')
+
+    message = Decoder([topic]).decode('/text', b'\0\1\0\0\7\0\0\0')
+
+    assert message.number == 7
+
+
+def test_bytes_that_are_no_such_message_are_refused() -> None:
+    with pytest.raises(GoalreachError, match='/text: no std_msgs/msg/String'):
+        Decoder([string_topic()]).decode('/text', b'\0\1\0\0\xff\xff\0\0')
+
+
+def test_a_word_in_place_of_seconds_is_refused_and_not_repeated(bag: Path) -> None:
+    change(bag, 'sec: 9223372036', 'sec: x')
+    assert 'is damaged or cut short (invalid literal for int()' in refusal(bag)

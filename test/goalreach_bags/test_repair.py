@@ -1,0 +1,194 @@
+"""Bags of recorders that died, brought in order."""
+
+from contextlib import closing
+from pathlib import Path
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+from mcap.reader import make_reader
+import pytest
+
+from goalreach_bags.mcap_file import RECORD_HEAD, Opcode
+from goalreach_bags.mcap_repair import scan_mcap
+from goalreach_bags.reader import BagReader
+from goalreach_bags.repair import repair_bag
+from goalreach_bags.topic import BagError
+from small_bags import texts, write_bag
+
+WRITER = """
+import os
+import sys
+from small_bags import string_topic, text_message
+from goalreach_bags.writer import BagWriter
+from goalreach_bags.topic import StorageOptions
+
+options = StorageOptions(storage=sys.argv[2], zstd=sys.argv[3] == 'zstd', max_bytes=9_000_000)
+writer = BagWriter(sys.argv[1], options)
+writer.add_topic(string_topic())
+flush = writer._flush
+
+def flush_and_tell():
+    flush()
+    done = sum(span.message_count for span in writer._done)
+    print(done + writer._flushed.message_count, flush=True)
+
+writer._flush = flush_and_tell
+noise = [text_message(os.urandom(20_000).hex()) for _ in range(50)]
+for number in range(10**9):
+    writer.write('/text', number + 1, noise[number % 50])
+"""
+
+
+@pytest.mark.parametrize('options', ['mcap -', 'mcap zstd', 'sqlite3 -', 'sqlite3 zstd'])
+def test_killed_recorder_loses_nothing_that_was_finished(tmp_path: Path, options: str) -> None:
+    rng = random.Random(7)  # noqa: S311 - moments to kill at
+    for attempt in range(2):
+        path = tmp_path / str(attempt)
+        process = subprocess.Popen(
+            [sys.executable, '-c', WRITER, str(path), *options.split()],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={'PYTHONPATH': ':'.join(sys.path)},
+        )
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(rng.random() * 0.1)
+        process.send_signal(signal.SIGKILL)
+        told = process.communicate()[0].split()
+        finished = int(told[-1]) if told else 0
+
+        result = repair_bag(path)
+
+        assert result.messages >= finished
+        assert not result.was_sound
+        with BagReader(path) as bag:
+            found = [message.time_ns for message in bag.messages()]
+        assert found == list(range(1, result.messages + 1))
+        assert repair_bag(path).was_sound
+
+
+@pytest.mark.parametrize('begin', [b'', b'\x89MCA'])
+def test_a_next_file_that_was_only_begun_is_dropped(tmp_path: Path, begin: bytes) -> None:
+    write_bag(tmp_path / 'bag', texts(10, 1000))
+    (tmp_path / 'bag' / 'bag_1.mcap').write_bytes(begin)
+    assert repair_bag(tmp_path / 'bag').messages == 10
+    assert not (tmp_path / 'bag' / 'bag_1.mcap').exists()
+
+
+def test_a_next_file_without_its_tables_is_dropped_and_a_stranger_is_not(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', texts(10, 1000), storage='sqlite3')
+    begun, stranger = tmp_path / 'bag' / 'bag_1.db3', tmp_path / 'bag' / 'bag_2.db3'
+    with closing(sqlite3.connect(begun)) as base:
+        base.execute('CREATE TABLE schema(schema_version INTEGER)')
+    assert repair_bag(tmp_path / 'bag').messages == 10
+    assert not begun.exists()
+    with closing(sqlite3.connect(stranger)) as base:
+        base.execute('CREATE TABLE mine(value INTEGER)')
+    with pytest.raises(BagError, match='no SQLite file of a bag'):
+        repair_bag(tmp_path / 'bag')
+    assert stranger.exists()
+
+
+def test_file_cut_anywhere_keeps_its_finished_chunks(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'whole', texts(40, 100_000))
+    data = (tmp_path / 'whole' / 'whole_0.mcap').read_bytes()
+    chunks = [chunk.info for chunk in scan_mcap(tmp_path / 'whole' / 'whole_0.mcap').chunks]
+    rng = random.Random(3)  # noqa: S311 - places to cut at
+    cuts = [rng.randrange(100, len(data)) for _ in range(50)]
+    for number, cut in enumerate([*cuts, len(data) - 1, chunks[0].offset + chunks[0].length]):
+        path = tmp_path / str(number)
+        path.mkdir()
+        (path / f'{number}_0.mcap').write_bytes(data[:cut])
+        whole = [chunk for chunk in chunks if chunk.offset + chunk.length <= cut]
+
+        result = repair_bag(path)
+
+        assert result.messages == sum(sum(chunk.counts.values()) for chunk in whole)
+        with BagReader(path) as bag:
+            assert len(list(bag.messages())) == result.messages
+        with (path / f'{number}_0.mcap').open('rb') as stream:
+            reader = make_reader(stream, validate_crcs=True)
+            assert len(list(reader.iter_messages())) == result.messages
+            summary = reader.get_summary()
+            assert summary is not None
+            assert all(index.message_index_offsets for index in summary.chunk_indexes)
+        (path / f'{number}_0.mcap').unlink()
+
+
+def test_indexes_that_were_never_written_are_made(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', texts(30, 100_000))
+    path = tmp_path / 'bag' / 'bag_0.mcap'
+    data, position, bare = path.read_bytes(), 8, path.read_bytes()[:8]
+    while position < len(data) - 8:
+        opcode, length = RECORD_HEAD.unpack_from(data, position)
+        end = position + RECORD_HEAD.size + length
+        if opcode in (Opcode.HEADER, Opcode.CHUNK):
+            bare += data[position:end]
+        position = end
+    path.write_bytes(bare)
+
+    assert repair_bag(tmp_path / 'bag').messages == 30
+    assert path.read_bytes()[8:200] == data[8:200]
+    assert len(path.read_bytes()) > len(bare)
+    with path.open('rb') as stream:
+        assert len(list(make_reader(stream, validate_crcs=True).iter_messages())) == 30
+
+
+def test_missing_summary_alone_is_written_again(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', texts(5), max_duration_ns=3_000_000)
+    before = (tmp_path / 'bag' / 'metadata.yaml').read_text()
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+
+    assert 'repaired: 5 messages, 0.0 s; lost: nothing' in str(repair_bag(tmp_path / 'bag'))
+    assert (tmp_path / 'bag' / 'metadata.yaml').read_text() == before
+
+
+def test_damaged_chunk_ends_what_is_kept(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', texts(40, 100_000))
+    path = tmp_path / 'bag' / 'bag_0.mcap'
+    third = scan_mcap(path).chunks[2].info
+    data = bytearray(path.read_bytes())
+    data[third.offset + 1000] ^= 1
+    path.write_bytes(bytes(data))
+
+    assert repair_bag(tmp_path / 'bag').messages == 16
+
+
+@pytest.mark.parametrize(
+    ('files', 'reason'),
+    [
+        ({}, 'holds no .mcap and no .db3 file'),
+        ({'a.mcap': b''}, 'is no MCAP file'),
+        ({'a.mcap': b'something else'}, 'is no MCAP file'),
+        ({'a.db3': b'something else, longer than a header'}, 'is no SQLite file of a bag'),
+        ({'a.mcap': b'', 'a.db3': b''}, 'holds both'),
+    ],
+)
+def test_what_is_no_bag_is_refused(tmp_path: Path, files: dict[str, bytes], reason: str) -> None:
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+
+    with pytest.raises(BagError, match=reason):
+        repair_bag(tmp_path)
+
+
+def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match='is not a bag'):
+        repair_bag(tmp_path / 'nothing')
+
+
+@pytest.mark.parametrize('offers', ['- rel]ability: reliable', "- depth: '7'", '[' * 1000])
+def test_offers_that_are_damaged_take_no_message_away(tmp_path: Path, offers: str) -> None:
+    write_bag(tmp_path / 'bag', texts(5), storage='sqlite3')
+    with closing(sqlite3.connect(tmp_path / 'bag' / 'bag_0.db3')) as base, base:
+        base.execute('UPDATE topics SET offered_qos_profiles = ?', (offers,))
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+
+    assert repair_bag(tmp_path / 'bag').messages == 5
+    with BagReader(tmp_path / 'bag') as bag:
+        assert sum(1 for _ in bag.messages()) == 5
+    assert repair_bag(tmp_path / 'bag').was_sound

@@ -1,0 +1,33 @@
+"""Who can reach a graph is decided by one profile."""
+
+import os
+from pathlib import Path
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from goalreach_bringup.launch.environment import graph_environment
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
+
+ADDRESS = './/{*}interfaceWhiteList/{*}address'
+VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+
+
+def test_a_graph_is_private_to_its_machine_unless_it_is_asked_to_be_open() -> None:
+    private = ET.parse(fast_dds_profile()).findall(ADDRESS)  # noqa: S314 - our own file
+    assert [address.text for address in private] == ['127.0.0.1']
+    assert not ET.parse(fast_dds_profile(network=True)).findall(ADDRESS)  # noqa: S314
+
+
+def test_opening_says_what_it_exposes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv(VARIABLE, 'of-somebody')
+    monkeypatch.setenv('ROS_DOMAIN_ID', '7')
+    line = open_to_network()
+    assert 'drive the robot' in line
+    assert 'ROS_DOMAIN_ID 7' in line
+    assert graph_environment(os.environ, tmp_path)[VARIABLE] == fast_dds_profile(network=True)
+
+
+def test_a_profile_of_the_person_is_kept(tmp_path: Path) -> None:
+    assert graph_environment({VARIABLE: 'mine'}, tmp_path)[VARIABLE] == 'mine'
+    assert graph_environment({}, tmp_path)[VARIABLE] == fast_dds_profile()

@@ -1,0 +1,142 @@
+"""Cutting ticks into paths and judging them."""
+
+from collections.abc import Sequence
+import itertools
+
+import pytest
+
+from goalreach_bringup.launch.referee import Referee
+from goalreach_bringup.launch.tick_log import Tick
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+REGIONS = RegionMap()
+START = Pose2(x_m=0.5, y_m=3.0, heading_rad=0.0)
+
+
+def tick(stamp: int, x: float, y: float) -> Tick:
+    truth = Pose2(x_m=x, y_m=y, heading_rad=0.0)
+    return Tick(time_ns=stamp, truth=truth, estimate=truth, commanded_heading_rad=0.0)
+
+
+@pytest.mark.parametrize('outcome_first', [False, True])
+def test_a_path_ends_with_the_tick_of_its_outcome(outcome_first: bool) -> None:  # noqa: FBT001
+    referee = Referee([START], REGIONS)
+    results = []
+    ticks = [tick(0, 9.0, 9.0), tick(1, 0.5, 3.0), tick(2, 1.5, 3.0), tick(3, 1.7, 0.5)]
+    if outcome_first:
+        results += referee.add_outcome(3, 0, PathOutcome.GOAL)
+    for each in ticks:
+        results += referee.add_tick(each)
+    if not outcome_first:
+        results += referee.add_outcome(3, 0, PathOutcome.GOAL)
+    (result,) = results
+    assert result.outcome == 'goal'
+    assert result.length_m == pytest.approx(1.0 + (0.2**2 + 2.5**2) ** 0.5)
+    assert result.duration_s == pytest.approx(2e-9)
+
+
+def test_a_goal_outside_the_goal_region_is_false() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 0.5, 0.5)):
+        assert not referee.add_tick(each)
+    (result,) = referee.add_outcome(2, 0, PathOutcome.GOAL)
+    assert result.outcome == 'false-goal'
+
+
+def test_ticks_between_the_end_and_the_next_placing_belong_to_no_path() -> None:
+    other = Pose2(x_m=3.0, y_m=4.0, heading_rad=0.0)
+    referee = Referee([START, other], REGIONS)
+    ticks = [
+        tick(1, 0.5, 3.0),
+        tick(2, 0.6, 3.0),
+        tick(3, 0.7, 3.0),
+        tick(4, 3.0, 4.0),
+        tick(5, 3.0, 3.9),
+    ]
+    outcomes = {2: (0, PathOutcome.BUMP), 5: (1, PathOutcome.TIMEOUT)}
+    results = []
+    for each in ticks:
+        results += referee.add_tick(each)
+        if each.time_ns in outcomes:
+            results += referee.add_outcome(each.time_ns, *outcomes[each.time_ns])
+    assert [r.outcome for r in results] == ['bump', 'timeout']
+    assert [r.length_m for r in results] == pytest.approx([0.1, 0.1])
+    assert results[1].start == other
+
+
+def of_kind(events: Sequence[tuple[str, int]], kind: str) -> list[tuple[str, int]]:
+    return [event for event in events if event[0] == kind]
+
+
+def test_it_does_not_matter_when_an_outcome_arrives() -> None:
+    events = [('tick', 1), ('tick', 2), ('outcome', 2), ('tick', 3), ('tick', 4), ('outcome', 4)]
+    lengths = set()
+    for order in itertools.permutations(events):
+        if any(of_kind(order, kind) != of_kind(events, kind) for kind in ('tick', 'outcome')):
+            continue  # the ticks of a synchronizer come in order, and so do those of one sender
+        referee = Referee([], REGIONS)
+        results = []
+        for kind, stamp in order:
+            if kind == 'tick':
+                results += referee.add_tick(tick(stamp, 0.5, 1.0 + 0.5 * stamp))
+            else:
+                results += referee.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP)
+        lengths.add(tuple(round(r.length_m, 9) for r in results))
+    assert lengths == {(0.5, 0.5)}
+
+
+def test_a_lost_last_tick_is_made_up_for_by_the_next() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not referee.add_tick(each)
+    assert not referee.add_outcome(3, 0, PathOutcome.GOAL)
+    assert referee.waits
+    (result,) = referee.add_tick(tick(4, 0.5, 3.0))
+    assert result.outcome == 'goal'
+    assert not referee.waits
+
+
+def test_silence_settles_what_waits_for_a_tick() -> None:
+    referee = Referee([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not referee.add_tick(each)
+    assert not referee.add_outcome(3, 0, PathOutcome.BUMP)
+    (result,) = referee.settle()
+    assert result.outcome == 'bump'
+    assert referee.settle() == []
+
+
+def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_tick(tick(5, 1.7, 0.5))
+    (result,) = referee.add_outcome(5, 0, PathOutcome.TIMEOUT)
+    assert (result.outcome, result.length_m) == ('timeout', 0.0)
+
+
+def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> None:
+    referee = Referee([START], REGIONS)
+    ticks = [tick(1, 0.5, 3.0), tick(2, 1.0, 3.0), tick(3, 0.5, 3.0), tick(4, 0.5, 2.9)]
+    for each in ticks:
+        assert not referee.add_tick(each)
+    (result,) = referee.add_outcome(4, 1, PathOutcome.BUMP)
+    assert result.outcome == 'bump'
+    assert result.length_m == pytest.approx(0.1)
+    assert result.duration_s == pytest.approx(1e-9)
+    assert referee.unheard == [0]
+    assert (referee.progress.path, referee.waits) == (2, False)
+
+
+def test_a_path_of_which_no_tick_was_heard_is_counted() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_outcome(3, 0, PathOutcome.GOAL)
+    assert not referee.settle()
+    assert (referee.unheard, referee.progress.path) == ([0], 1)
+
+
+def test_an_outcome_that_comes_twice_counts_once() -> None:
+    referee = Referee([START], REGIONS)
+    assert not referee.add_tick(tick(1, 0.5, 3.0))
+    assert len(referee.add_outcome(1, 0, PathOutcome.BUMP)) == 1
+    assert not referee.add_outcome(1, 0, PathOutcome.BUMP)
+    assert not referee.waits

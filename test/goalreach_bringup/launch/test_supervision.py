@@ -1,0 +1,95 @@
+"""A node that dies is started again, and the run goes on."""
+
+import itertools
+import os
+from pathlib import Path
+import signal
+import subprocess
+
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+import pytest
+from rclpy.qos import QoSProfile
+
+from goalreach_bringup.launch.plan import resume_parameters
+from goalreach_bringup.launch.referee import Progress
+from goalreach_lab.rigs.proc_file import find_child
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.topics import NODES
+from goalreach_msgs_py.values import Pose2
+import graphs
+
+
+def process_of(launcher: subprocess.Popen[str], node: str) -> int:
+    """Return the process id of a node that this launcher started."""
+    pid = find_child(launcher.pid, node)
+    assert pid is not None, f'{node} is not running'
+    return pid
+
+
+@pytest.mark.graph
+@pytest.mark.parametrize('node', NODES)
+def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> None:
+    domain = graphs.fresh_domain()
+    arguments = ['run', '--paths', '1', '--start', '0.5,4.3,-90', '--clock', 'lockstep']
+    truth: list[Odometry] = []
+    with graphs.onlooker(domain) as (watcher, serve_until):
+        graphs.collect(watcher, Odometry, '/ground_truth/odom', QoSProfile(depth=1000), truth)
+        with graphs.goalreach(arguments, domain=domain, home=tmp_path) as run:
+            assert serve_until(lambda: len(truth) > 40, 30.0), run.communicate()[0]
+            victim = process_of(run, node)
+            os.kill(victim, signal.SIGKILL)
+            assert serve_until(lambda: run.poll() is not None, 60.0)
+            output, _ = run.communicate()
+    assert run.returncode == 0, output
+    assert f'{node}: error: was ended by SIGKILL; starting it again' in output
+    assert '1 of 1 paths reached the goal' in output
+    stamps = [stamp_from_msg(message.header.stamp) for message in truth]
+    assert stamps == sorted(stamps)
+    poses = [message.pose.pose.position for message in truth]
+    steps = [abs(b.x - a.x) + abs(b.y - a.y) for a, b in itertools.pairwise(poses)]
+    assert max(steps[2:]) < 0.05
+
+
+@pytest.mark.graph
+def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
+    domain = graphs.fresh_domain()
+    commands: list[TwistStamped] = []
+    with graphs.onlooker(domain) as (watcher, serve_until):
+        graphs.collect(watcher, TwistStamped, '/cmd_vel', RELIABLE_QOS, commands)
+        with graphs.goalreach(['run'], domain=domain, home=tmp_path) as run:
+            assert serve_until(lambda: bool(commands), 30.0), run.communicate()[0]
+            while run.poll() is None:
+                victim = find_child(run.pid, 'state_estimator')
+                if victim is not None:
+                    os.kill(victim, signal.SIGKILL)
+                serve_until(lambda: False, 0.1)
+            output, _ = run.communicate()
+    assert run.returncode == 1, output
+    assert 'state_estimator: error: was ended by SIGKILL; it keeps dying' in output
+    assert 'Traceback' not in output
+
+
+def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:
+    truth = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
+    progress = Progress(path=7, on_the_way=True, last_ns=123, truth=truth)
+    assert resume_parameters(progress, lockstep=False) == {
+        'goal_reaching_controller': {'first_path': 7, 'resume': True},
+        'nomad200': {'start_pose': (1.0, 2.0, 0.5), 'start_time_ns': 123},
+    }
+
+
+def test_in_lockstep_its_clock_goes_on_past_what_the_launcher_has_not_heard() -> None:
+    progress = Progress(
+        path=0, on_the_way=True, last_ns=123, truth=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+    )
+    resumed = resume_parameters(progress, lockstep=True)
+    assert resumed['nomad200']['start_time_ns'] == 6_000_000_123
+
+
+def test_before_the_first_tick_everything_starts_as_planned() -> None:
+    progress = Progress(path=0, on_the_way=False, last_ns=0, truth=None)
+    assert resume_parameters(progress, lockstep=True) == {
+        'goal_reaching_controller': {'first_path': 0, 'resume': False}
+    }

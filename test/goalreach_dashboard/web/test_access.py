@@ -1,0 +1,135 @@
+"""The gate, asked as a server would ask it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import MutableMapping
+from typing import Any
+
+import pytest
+
+from goalreach_dashboard.web.access import DRIVER, Door, Guard, Message, Receive, Send
+
+LOCAL = Door.loopback(8080, token=None)
+STEERED = Door.loopback(8080, token='secret')  # noqa: S106 - a test's
+NETWORK = Door.network(8080, token='secret')  # noqa: S106 - a test's
+OURS = {'host': '127.0.0.1:8080'}
+
+
+class Answer:
+    """What a request got.
+
+    Attributes:
+        status: HTTP status; 0 where a websocket was closed.
+        headers: Headers of the answer.
+        passed: The scope that the application saw, or None.
+    """
+
+    def __init__(self) -> None:
+        self.status = -1
+        self.headers: dict[str, str] = {}
+        self.passed: MutableMapping[str, Any] | None = None
+
+
+def ask(
+    door: Door, headers: dict[str, str], *, kind: str = 'http', query: str = '', path: str = '/'
+) -> Answer:
+    answer = Answer()
+
+    async def app(scope: Message, _receive: Receive, send: Send) -> None:
+        answer.passed = scope
+        if scope['type'] == 'http':
+            await send({'type': 'http.response.start', 'status': 200, 'headers': []})
+
+    async def send(message: Message) -> None:
+        if message['type'] == 'http.response.start':
+            answer.status = message['status']
+            answer.headers = {k.decode(): v.decode() for k, v in message['headers']}
+        elif message['type'] == 'websocket.close':
+            answer.status = 0
+
+    async def receive() -> Message:
+        return {}
+
+    scope: Message = {
+        'type': kind,
+        'method': 'GET',
+        'path': path,
+        'query_string': query.encode(),
+        'headers': [(k.encode(), v.encode()) for k, v in headers.items()],
+    }
+    asyncio.run(Guard(app, door)(scope, receive, send))
+    return answer
+
+
+def test_our_own_page_comes_in_and_is_told_to_load_nothing_else() -> None:
+    answer = ask(LOCAL, OURS)
+    assert answer.status == 200
+    assert answer.passed is not None
+    assert answer.passed[DRIVER] is False
+    assert "default-src 'self'" in answer.headers['content-security-policy']
+    assert answer.headers['x-frame-options'] == 'DENY'
+
+
+@pytest.mark.parametrize('kind', ['http', 'websocket'])
+@pytest.mark.parametrize(
+    'headers',
+    [
+        {},
+        {'host': 'elsewhere.example:8080', 'origin': 'http://elsewhere.example:8080'},
+        {'host': '127.0.0.1:9999', 'origin': 'http://127.0.0.1:9999'},
+        {**OURS, 'origin': 'http://elsewhere.example'},
+        {**OURS, 'origin': 'https://127.0.0.1:8080'},
+        {**OURS, 'origin': 'null'},
+        {**OURS, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'no-cors'},
+    ],
+)
+def test_others_do_not_come_in(kind: str, headers: dict[str, str]) -> None:
+    answer = ask(LOCAL, headers, kind=kind)
+    assert answer.passed is None
+    assert answer.status in ((0,) if kind == 'websocket' else (403, 421))
+
+
+def test_a_websocket_must_tell_its_origin() -> None:
+    assert ask(LOCAL, OURS, kind='websocket').passed is None
+    ours = {**OURS, 'origin': 'http://127.0.0.1:8080'}
+    assert ask(LOCAL, ours, kind='websocket').passed is not None
+
+
+def test_a_link_on_another_page_may_lead_here() -> None:
+    visit = {**OURS, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate'}
+    assert ask(LOCAL, visit).status == 200
+
+
+def test_the_token_becomes_a_cookie_that_steers() -> None:
+    first = ask(STEERED, OURS, query='token=secret', path='//elsewhere.example')
+    assert (first.status, first.headers['location']) == (303, '/')
+    assert 'HttpOnly' in first.headers['set-cookie']
+    assert first.passed is None
+    cookie = first.headers['set-cookie'].partition(';')[0]
+    second = ask(STEERED, {**OURS, 'cookie': cookie})
+    assert second.passed is not None
+    assert second.passed[DRIVER] is True
+
+
+@pytest.mark.parametrize('cookie', ['', 'goalreach-8080=wrong', 'goalreach-9=secret', ';;=='])
+def test_without_the_token_one_only_looks(cookie: str) -> None:
+    answer = ask(STEERED, {**OURS, 'cookie': cookie})
+    assert answer.passed is not None
+    assert answer.passed[DRIVER] is False
+
+
+def test_a_wrong_token_is_refused() -> None:
+    assert ask(STEERED, OURS, query='token=wrong').status == 403
+    assert ask(LOCAL, OURS, query='token=any').status == 403
+
+
+def test_from_another_machine_the_token_is_needed_and_does_not_steer() -> None:
+    there = {'host': 'robot.example:8080'}
+    assert ask(NETWORK, there).status == 401
+    assert ask(NETWORK, there, query='token=secret').status == 303
+    looked = ask(NETWORK, {**there, 'cookie': 'goalreach-8080=secret'})
+    assert looked.passed is not None
+    assert looked.passed[DRIVER] is False
+    origin = {**there, 'origin': 'http://robot.example:8080'}
+    assert ask(NETWORK, origin, kind='websocket').passed is None

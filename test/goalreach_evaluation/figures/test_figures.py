@@ -1,0 +1,105 @@
+from pathlib import Path
+
+from matplotlib.figure import Figure
+import numpy as np
+import pytest
+
+from goalreach_evaluation.figures.evaluation_file import RecordedPath
+from goalreach_evaluation.figures.figure_file import write_figure
+from goalreach_evaluation.figures.policy_figures import (
+    blended_paths,
+    crisp_paths,
+    optimal_actions,
+    recorded_paths,
+)
+from goalreach_evaluation.figures.region_figures import (
+    membership_functions,
+    state_space,
+    transition_areas,
+)
+from goalreach_learning.policy import Policy
+from goalreach_learning.training import train
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import FileFormatError
+
+ARENA = Arena()
+
+
+@pytest.fixture(scope='module')
+def policy() -> Policy:
+    return train(ARENA, rng=np.random.default_rng(0)).policy
+
+
+def texts(figure: Figure) -> list[str]:
+    axes = figure.axes[0]
+    legend = axes.get_legend()
+    in_legend = [] if legend is None else legend.get_texts()
+    return [text.get_text() for text in [*axes.texts, *in_legend]]
+
+
+def test_state_space_names_nine_regions_and_the_goal() -> None:
+    found = [text for text in texts(state_space(ARENA)) if '\n' in text]
+    assert len(found) == 9
+    assert 'FRONT\nNEAR\ngoal' in found
+    assert 'LEFT-SIDE\nFAR' in found
+
+
+def test_axes_are_in_inches_with_metres_beside() -> None:
+    axes = state_space(ARENA).axes[0]
+    assert axes.get_xlabel() == 'x (in)'
+    assert axes.get_xlim()[1] == pytest.approx(140, abs=5)
+    assert axes.get_ylim()[1] == pytest.approx(200, abs=5)
+    metres = [(child.get_xlabel(), child.get_ylabel()) for child in axes.child_axes]
+    assert metres == [('x (m)', ''), ('', 'y (m)')]
+
+
+def test_optimal_actions_are_written_in_degrees(policy: Policy) -> None:
+    found = texts(optimal_actions(ARENA, policy))
+    assert sum(text.endswith('°') for text in found) == 8
+    assert 'goal' in found
+    unknown = texts(optimal_actions(ARENA, Policy.unlearned(ARENA.regions)))
+    assert unknown.count('not learned') == 8
+
+
+@pytest.mark.parametrize('draw', [crisp_paths, blended_paths])
+def test_paths_from_all_22_starts(draw: object, policy: Policy) -> None:
+    assert callable(draw)
+    assert 'goal reached: 22 of 22' in texts(draw(ARENA, policy))
+
+
+def test_recorded_paths_tell_failures_apart() -> None:
+    line = np.array([[1.0, 2.0], [1.2, 2.2]])
+    paths = [RecordedPath(points_m=line, outcome=outcome) for outcome in ('goal', 'false-goal')]
+    found = texts(recorded_paths(ARENA, paths, 'fuzzy'))
+    assert 'goal reached: 1 of 2' in found
+    assert 'goal not reached' in found
+
+
+def test_transition_areas_are_named() -> None:
+    assert 'transition area' in texts(transition_areas(ARENA))
+
+
+def test_membership_functions_cross_at_the_middle_of_a_transition() -> None:
+    upper = membership_functions(ARENA).axes[0]
+    left, front = upper.lines[0], upper.lines[1]
+    border_in = (36.5 + 56.5) / 2
+    at_border = [
+        float(np.interp(border_in, np.array(line.get_xdata()), np.array(line.get_ydata())))
+        for line in (left, front)
+    ]
+    assert at_border == pytest.approx([0.5, 0.5], abs=1e-3)
+    ticks = [label.get_text() for label in upper.get_xticklabels()]
+    assert ticks[1] == '$x_1$\n36.5'
+
+
+def test_same_figure_same_bytes(tmp_path: Path) -> None:
+    for name in ('a', 'b'):
+        write_figure(state_space(ARENA), tmp_path, name)
+    for ending in ('svg', 'png'):
+        assert (tmp_path / f'a.{ending}').read_bytes() == (tmp_path / f'b.{ending}').read_bytes()
+
+
+def test_refuses_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(FileFormatError, match='cannot be made'):
+        write_figure(state_space(ARENA), tmp_path / 'file', 'a')

@@ -1,0 +1,54 @@
+"""What a gate does to messages that pass."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from goalreach_lab.faults.gate import Gate, shift_stamp
+
+
+def message(sec: int, nanosec: int = 0, body: bytes = b'body') -> bytes:
+    """Return a message that begins with a stamp, little-endian CDR."""
+    return b'\0\1\0\0' + struct.pack('<iI', sec, nanosec) + body
+
+
+@pytest.fixture
+def gate() -> Gate:
+    """Return an open gate."""
+    return Gate(np.random.default_rng(0))
+
+
+def test_an_open_gate_lets_everything_pass(gate: Gate) -> None:
+    assert gate.arrive(b'a', 1.0) == [(1.0, b'a')]
+
+
+def test_late_messages_are_due_later(gate: Gate) -> None:
+    gate.set('late', 0.5)
+    assert gate.arrive(b'a', 1.0) == [(1.5, b'a')]
+
+
+def test_a_share_is_lost(gate: Gate) -> None:
+    gate.set('lost', 0.8)
+    passed = sum(len(gate.arrive(b'a', 0.0)) for _ in range(1000))
+    assert 150 < passed < 250
+    gate.set('lost', 1.0)
+    assert not any(gate.arrive(b'a', 0.0) for _ in range(100))
+
+
+def test_messages_come_twice(gate: Gate) -> None:
+    gate.set('twice', 0.0)
+    assert [data for _, data in gate.arrive(b'a', 0.0)] == [b'a', b'a']
+
+
+def test_neighbours_change_places(gate: Gate) -> None:
+    gate.set('order', 0.0)
+    passed = [data for name in (b'a', b'b', b'c', b'd') for _, data in gate.arrive(name, 0.0)]
+    assert passed == [b'b', b'a', b'd', b'c']
+
+
+@pytest.mark.parametrize(
+    ('shift_s', 'expected'), [(-1.5, (8, 750_000_000)), (5.0, (15, 250_000_000)), (-99.0, (0, 0))]
+)
+def test_stamps_are_shifted_and_nothing_else(shift_s: float, expected: tuple[int, int]) -> None:
+    assert shift_stamp(message(10, 250_000_000), shift_s) == message(*expected)

@@ -1,0 +1,119 @@
+"""Every reader against bad input: one clear line, or a sensible value; nothing else."""
+
+import contextlib
+from pathlib import Path
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
+from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
+from goalreach_lab.fuzz.reader import Nonsense, Reader, Tally, require_finite, try_inputs
+from goalreach_lab.fuzz.ros_readers import all_readers
+from goalreach_lab.fuzz.sound_file import bag_targets, document_targets
+from goalreach_lab.fuzz.tally_file import TallyFile
+from goalreach_msgs_py.errors import GoalreachError
+
+NAMES = [
+    'policy file', 'arena file', 'arena file, read alone', 'noise file', 'parameter file',
+    'evaluation file', 'bag, mcap', 'bag repair, mcap', 'bag, sqlite3', 'bag repair, sqlite3',
+    'node parameters', 'parameters of a run', 'options of run', '--start', 'message: Odometry',
+    'message: JointState', 'message: CameraInfo', 'message: Image',
+    'message: LaserScan of bumpers', 'message: TwistStamped', 'message: pose',
+    'message: landmarks', 'message: state', 'message: transition', 'message: Q-table',
+    'localizer, from messages', 'state estimator, from messages', 'controller, from messages',
+    'robot, from messages',
+]  # fmt: skip
+
+
+@pytest.fixture(scope='module')
+def readers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Reader]:
+    folder: Path = tmp_path_factory.mktemp('bad')
+    return {reader.name: reader for reader in all_readers(folder)}
+
+
+def test_every_reader_is_tried(readers: dict[str, Reader]) -> None:
+    assert sorted(readers) == sorted(NAMES)
+
+
+@pytest.mark.parametrize('name', NAMES)
+@settings(
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_bad_input_ends_in_one_clear_line(
+    readers: dict[str, Reader], name: str, seed: int
+) -> None:
+    tally = try_inputs(readers[name], [seed])
+    assert not tally.tracebacks
+    assert not tally.hangs
+    assert tally.refused + tally.accepted == 1
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=50, deadline=None)
+def test_the_same_seed_breaks_the_same_way(seed: int) -> None:
+    sound = {'a': [1.0, 2.0], 'b': {'c': 'text'}}
+
+    def made() -> tuple[str, bytes]:
+        rng = np.random.default_rng(seed)
+        return repr(mutate_value(sound, rng)), mutate_bytes(b'some bytes of a file', rng)
+
+    assert made() == made()
+    assert sound == {'a': [1.0, 2.0], 'b': {'c': 'text'}}
+
+
+def test_what_goes_wrong_is_counted() -> None:
+    def attempt(rng: np.random.Generator) -> object:
+        match int(rng.integers(4)):
+            case 0:
+                raise GoalreachError('one line')
+            case 1:
+                raise GoalreachError('two\nlines')
+            case 2:
+                raise KeyError('x')
+        return 1.0
+
+    tally = try_inputs(Reader(name='r', attempt=attempt), range(200))
+    assert tally.inputs == 200
+    assert tally.refused + tally.accepted < 200
+    texts = {text for _, text in tally.tracebacks}
+    assert any(text.startswith('not one clear line') for text in texts)
+    assert any(text.startswith('KeyError') for text in texts)
+
+
+def test_numbers_that_are_none_are_found_however_deep() -> None:
+    require_finite({'a': [1.0, (2.0, {'b': np.zeros(3)})]})
+    for bad in (float('nan'), [float('inf')], {'a': (1.0, np.array([np.nan]))}):
+        with contextlib.suppress(Nonsense):
+            require_finite(bad)
+            pytest.fail(f'{bad} was taken for finite')
+
+
+def test_counts_are_kept_and_gone_on_from(tmp_path: Path) -> None:
+    path = tmp_path / 'counts.jsonl'
+    TallyFile(path).add(Tally('a', inputs=2, refused=1, tracebacks=[(7, 'bad')]))
+    again = TallyFile(path)
+    again.add(Tally('a', inputs=3, refused=3))
+    assert TallyFile(path).of('a').inputs == again.of('a').inputs == 5
+    assert again.of('a').refused == 4
+    assert [text for _, text in again.of('a').tracebacks] == ['bad']
+    assert again.of('b').inputs == 0
+
+
+def test_every_target_of_guided_fuzzing_has_a_name_and_takes_its_sound_file(
+    tmp_path: Path,
+) -> None:
+    targets = [*document_targets(tmp_path), *bag_targets(tmp_path)]
+    assert tuple(target.name for target in targets) == GUIDED
+    for target in targets:
+        assert target.take(target.write(target.sound)) is not None
+
+
+@pytest.mark.skipif(not is_guided_installed(), reason='atheris is not installed')
+def test_atheris_feeds_a_reader(tmp_path: Path) -> None:
+    tally = run_guided('noise file', runs=50, seed=1, folder=tmp_path)
+    assert tally.inputs == 50
+    assert tally.tracebacks == []

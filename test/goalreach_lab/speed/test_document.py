@@ -1,0 +1,51 @@
+"""docs/PERFORMANCE.md: what it tells of rows that meet their goals and of those that do not."""
+
+from pathlib import Path
+
+from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.speed.budget import Budget
+from goalreach_lab.speed.document import write_document
+from goalreach_lab.speed.groups import GROUPS
+from goalreach_lab.speed.profile import profile_driving
+
+BUDGET = Budget(seed=3, scale=0.02)
+
+
+def row(ours: float) -> BenchRow:
+    goal = Goal(of='ratio', relation='<=', bound=1.6)
+    return BenchRow(
+        name='tick', unit='ms', ours=ours, reference=2.0, reference_name='relay', goal=goal
+    )
+
+
+def test_a_missed_goal_is_told_with_where_the_time_goes(tmp_path: Path) -> None:
+    path = tmp_path / 'P.md'
+    write_document(path, {'lockstep': [row(3.0), row(4.0)]}, BUDGET)
+    text = path.read_text()
+    assert '1 of 2 goals are met. Missed:\n\n* tick: 4 ms, ratio 2, goal ratio <= 1.6' in text
+    assert '| tick | 3 ms | 2 (relay) | 1.5 | ratio <= 1.6 | yes | 1 |' in text
+    assert f'Where the time goes: {GROUPS["lockstep"].profile}' in text
+    assert '--seed 3 --scale 0.02' in text
+    assert '## How to add a row' in text
+
+
+def test_without_a_missed_goal_nothing_is_excused(tmp_path: Path) -> None:
+    path = tmp_path / 'P.md'
+    write_document(path, {'lockstep': [row(2.0)]}, BUDGET)
+    text = path.read_text()
+    assert '1 of 1 goals are met.\n' in text
+    assert 'Where the time goes' not in text
+
+
+def test_driving_is_profiled(tmp_path: Path) -> None:
+    path = tmp_path / 'P.md'
+    write_document(path, {'driving': [row(2.0)]}, BUDGET)
+    assert 'goalreach_perception.' in path.read_text()
+
+
+def test_a_profile_names_our_modules_and_adds_up() -> None:
+    shares = profile_driving(1, paths=1, most=3)
+    assert len(shares) == 4
+    assert sum(share.percent for share in shares) == 100.0
+    assert all(share.module.startswith('goalreach_') for share in shares[:-1])
+    assert shares[0].percent >= shares[1].percent >= shares[2].percent > 0.0

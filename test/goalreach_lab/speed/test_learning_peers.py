@@ -1,0 +1,38 @@
+import argparse
+
+import pytest
+
+from goalreach_lab.rigs import irsim_drives, sb3_learning
+from goalreach_lab.rigs.sb3_learning import DqnLearning
+from goalreach_lab.speed import learning_peers
+from goalreach_msgs_py.errors import ConfigurationError
+
+
+def options(rounds: int) -> argparse.Namespace:
+    return argparse.Namespace(rounds=rounds, seed=0)
+
+
+def test_without_peers_the_rows_say_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for peer in (irsim_drives, sb3_learning):
+        monkeypatch.setattr(peer, 'is_installed', lambda: False)
+    (row,) = learning_peers.execute(options(1))
+    assert row.ours > 0.0
+    assert row.reference is None
+    told = capsys.readouterr().out
+    assert 'goalreach[sb3]' in told
+    assert 'goalreach[bench]' in told
+
+
+def test_rows_beside_dqn_by_hand() -> None:
+    dqn = [DqnLearning(4.0, 3000, 900, 22), DqnLearning(2.0, 1000, 300, 21)]
+    seconds, paths = learning_peers._dqn_rows([0.01, 0.03], dqn)
+    assert seconds.ratio == pytest.approx(0.02 / 3.0)
+    assert (paths.reference, paths.ours) == (600.0, 440.0)
+    assert 'from 21 to 22 starts' in seconds.note
+
+
+def test_refuses_no_rounds() -> None:
+    with pytest.raises(ConfigurationError, match='--rounds = 0'):
+        learning_peers.execute(options(0))

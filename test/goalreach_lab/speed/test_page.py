@@ -1,0 +1,53 @@
+"""What the page costs, measured on a real run with a real page, for a moment."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+import pytest
+
+from goalreach_bringup.cli import main
+from goalreach_lab.rigs.proc_file import descendants_of, processor_s
+from goalreach_lab.speed.page import configure, execute
+import graphs
+
+pytest.importorskip('nicegui')
+
+
+def options(*words: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    configure(parser)
+    return argparse.Namespace(seed=1, **vars(parser.parse_args(words)))
+
+
+@pytest.mark.graph
+def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
+    words = ('--browsers', '0', '--seconds', '1', '--rounds', '1', '--nodes', 'composed')
+    rows = {row.name: row for row in execute(options(*words))}
+    assert len(rows) == 5
+    assert 0.0 < rows['0 browsers, real time: the page'].ours < 2.0
+    page = rows['lockstep, composed: the page']
+    assert page.ours > 0.0
+    assert '3 clients that paint nothing' in page.note
+    assert ' 0.0 pictures' not in page.note
+    speed = rows['lockstep, composed: speed of the run with its page']
+    assert speed.reference is not None
+    assert speed.ours > 0.0 < speed.reference
+
+
+@pytest.mark.parametrize('words', [['--rounds', '0'], ['--seconds', '0'], ['--clients', '0']])
+def test_what_makes_no_sense_is_refused(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(['bench', 'page', *words]) == 2
+    assert f'bench: {words[0]}' in capsys.readouterr().err
+
+
+def test_processor_time_is_of_this_process() -> None:
+    before_s = processor_s(os.getpid())
+    while processor_s(os.getpid()) < before_s + 0.05:
+        pass
+    assert os.getpid() in descendants_of(os.getppid())
+    assert processor_s(2**22 + 1) == 0.0
