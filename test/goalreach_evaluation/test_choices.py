@@ -9,9 +9,7 @@ from goalreach_bringup.cli import main
 from goalreach_evaluation.choices import arena_names, arena_path, choose_arena, choose_policy
 from goalreach_evaluation.sessions import EvaluationPlan, evaluate
 from goalreach_evaluation.starts import random_starts
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy_file import write_policy
 from goalreach_learning.training import greedy_successes
 from goalreach_msgs_py.arena import Arena

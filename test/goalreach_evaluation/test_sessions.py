@@ -9,9 +9,7 @@ import pytest
 from goalreach_bringup.cli import main
 from goalreach_evaluation.sessions import EvaluationPlan, evaluate
 from goalreach_evaluation.starts import random_starts
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena

@@ -7,14 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_learning.controller import (
-    GoalReachingController,
-)
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller import GoalReachingController
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
-from goalreach_learning.training import train
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.parameters import build_config
@@ -97,16 +92,6 @@ class ClosedLoop:
             StateEstimatorConfig(x_knots_m=regions.x_knots_m, y_knots_m=regions.y_knots_m)
         )
         return estimator.estimate(PoseEstimate(pose=pose, covariance=np.diag(variances)))
-
-
-@pytest.fixture(scope='session')
-def arena() -> Arena:
-    return Arena()
-
-
-@pytest.fixture(scope='session')
-def learned(arena: Arena) -> Policy:
-    return train(arena, rng=np.random.default_rng(0)).policy
 
 
 @pytest.fixture

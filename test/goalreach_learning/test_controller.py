@@ -7,13 +7,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_learning.controller import (
-    ControlStep,
-    GoalReachingController,
-)
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller import ControlStep, GoalReachingController
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_learning.steering import STANDING
 from goalreach_msgs_py.arena import Arena

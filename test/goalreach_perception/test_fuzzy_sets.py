@@ -4,9 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_msgs_py.regions import (
-    memberships,
-)
+from goalreach_msgs_py.regions import memberships
 
 KNOTS = (0.0, 1.0, 3.0, 5.0, 7.0, 8.0)
 

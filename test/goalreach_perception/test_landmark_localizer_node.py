@@ -26,15 +26,9 @@ from goalreach_msgs_py.ros.sensor_messages import (
 from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, LANDMARK_MARKERS, ODOM
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 from graphs import fresh_domain
 
 GOOD_M2 = 0.3**2

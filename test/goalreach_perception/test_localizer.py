@@ -12,24 +12,12 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 from led_arena import Drive, Step
 
 INCH_M = 0.0254

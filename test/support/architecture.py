@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import re
 import sys
 
-MODULE_LINES = 400
+MODULE_LINES = 500
 FUNCTION_LINES = 60
 
 # The layers, lowest first: rule 2. A package imports those of lower layers only.

@@ -15,24 +15,18 @@ from goalreach_bringup.launch.plan import choose_starts, plan_parameters
 from goalreach_evaluation.starts import RunSeeds
 from goalreach_lab.fuzz.mutation import NASTY, mutate_value, nasty
 from goalreach_lab.fuzz.reader import Reader, require_finite
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.mission import MissionConfig
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.regions import RegionConfig
 from goalreach_msgs_py.topics import NODES
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
+from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
 from goalreach_sim.faults import FaultParameters
 from goalreach_sim.pacing import TimeConfig
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _CLASSES: Final[tuple[type[object], ...]] = (
     SimulatorConfig,

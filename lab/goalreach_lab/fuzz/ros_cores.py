@@ -6,12 +6,8 @@ import numpy as np
 
 from goalreach_lab.fuzz.reader import Nonsense, Reader, require_finite
 from goalreach_lab.fuzz.ros_breaking import bad_message
-from goalreach_learning.controller import (
-    GoalReachingController,
-)
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller import GoalReachingController
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.common_messages import twist_from_msg, twist_to_msg
@@ -32,21 +28,13 @@ from goalreach_msgs_py.ros.sensor_messages import (
     odometry_to_msg,
 )
 from goalreach_msgs_py.values import Twist2
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import anywhere
 from goalreach_perception.sensor_watch import SensorWatch
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _STAMP = 40_000_000
 

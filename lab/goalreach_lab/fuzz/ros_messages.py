@@ -44,19 +44,11 @@ from goalreach_msgs_py.ros.sensor_messages import (
     odometry_to_msg,
 )
 from goalreach_msgs_py.values import LandmarkObservation, RegionState, Transition
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _STAMP: Final = 40_000_000
 

@@ -20,9 +20,7 @@ from goalreach_perception.head_tracker import HeadConfig, HeadTracker
 from goalreach_perception.measurement_model import LEDS, Lens, project
 from goalreach_perception.one_image_pose import ImageGeometry, solve_poses
 from goalreach_perception.triangulation import align, level_points
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator_config import SimulatorConfig
 
 NOISES_PX: Final = (0.1, 0.3, 1.0)
 _COLUMNS, _ROWS = 15, 21

@@ -15,9 +15,7 @@ from goalreach_lab.localization.beliefs import longest_gap_s, wrong_beliefs
 from goalreach_lab.localization.frame_log import FrameLog, Frames, percentiles
 from goalreach_lab.localization.wanderer import Wanderer
 from goalreach_lab.row import BenchRow, Goal
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset

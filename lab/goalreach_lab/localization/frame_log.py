@@ -13,14 +13,10 @@ from goalreach_lab.localization.consistency import pose_error, pose_nees
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import Confidence, FloatArray, RegionState
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
+from goalreach_perception.localizer_output import LocalizerOutput
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
+from goalreach_sim.sensors import SensorFrame
 
 WRONG_IN: Final = 6.0
 """A pose that far off is wrong, inches; chosen: half of a region's narrowest transition area."""

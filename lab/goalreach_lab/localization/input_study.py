@@ -16,12 +16,8 @@ from goalreach_lab.localization.wanderer import Wanderer
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import Twist2
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
+from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_sim.sensors import SensorFrame
 
 _Spoil = Callable[[SensorFrame, np.random.Generator], dict[str, Any]]
 _INPUTS: Final = ('time_ns', 'image', 'camera', 'joints', 'odometry')

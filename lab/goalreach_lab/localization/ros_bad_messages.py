@@ -20,9 +20,7 @@ from goalreach_msgs_py.ros.sensor_messages import (
     odometry_from_msg,
     odometry_to_msg,
 )
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
+from goalreach_sim.sensors import SensorFrame
 
 
 def refused_messages(frame: SensorFrame) -> dict[str, str]:

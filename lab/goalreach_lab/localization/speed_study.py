@@ -15,21 +15,11 @@ from goalreach_lab.row import BenchRow, Goal
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _LONGEST, _SEARCH = 20, 500
 _ROBOTS = 20

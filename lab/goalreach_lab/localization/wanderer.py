@@ -12,24 +12,12 @@ from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _X_RANGE_M = (0.3, 3.25)
 _Y_RANGE_M = (0.35, 4.75)

@@ -45,9 +45,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     from goalreach_evaluation.choices import choose_noise
     from goalreach_evaluation.sessions import EvaluationPlan, evaluate
     from goalreach_evaluation.starts import border_starts, random_starts
-    from goalreach_learning.controller_config import (
-        ControllerConfig,
-    )
+    from goalreach_learning.controller_config import ControllerConfig
     from goalreach_learning.training import train
     from goalreach_msgs_py.arena import Arena
     from goalreach_msgs_py.errors import ConfigurationError

@@ -6,9 +6,7 @@ import numpy as np
 
 from goalreach_evaluation.drive import InProcessDrive
 from goalreach_evaluation.starts import RunSeeds
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena

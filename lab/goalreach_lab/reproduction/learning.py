@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from goalreach_lab.row import BenchRow, Goal
 
 if TYPE_CHECKING:
-    from goalreach_learning.q_learning import (
-        LearningConfig,
-    )
+    from goalreach_learning.q_learning import LearningConfig
     from goalreach_msgs_py.arena import Arena
 from goalreach_evaluation.path_metrics import wilson_interval
 
@@ -59,9 +57,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     Raises:
         ConfigurationError: An option is refused.
     """
-    from goalreach_learning.q_learning import (
-        LearningConfig,
-    )
+    from goalreach_learning.q_learning import LearningConfig
     from goalreach_msgs_py.arena import Arena
     from goalreach_msgs_py.errors import ConfigurationError
 
@@ -80,9 +76,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
 
 
 def _main_rows(arena: Arena, study: _Study, options: argparse.Namespace) -> list[BenchRow]:
-    from goalreach_learning.q_learning import (
-        LearningConfig,
-    )
+    from goalreach_learning.q_learning import LearningConfig
 
     phases_ms = _time_phases(arena, LearningConfig(), options.phases, options.seed)
     return [

@@ -13,9 +13,7 @@ from goalreach_evaluation.path_metrics import PathResult
 from goalreach_evaluation.sessions import SESSION_PATHS, EvaluationPlan, SessionResult
 from goalreach_evaluation.starts import RunSeeds, border_starts, random_starts
 from goalreach_lab.reproduction.driving import distance_to_goal
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset

@@ -23,11 +23,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg, twist_to_msg
-from goalreach_msgs_py.ros.estimate_messages import (
-    estimate_to_msg,
-    landmarks_to_msg,
-    state_to_msg,
-)
+from goalreach_msgs_py.ros.estimate_messages import estimate_to_msg, landmarks_to_msg, state_to_msg
 from goalreach_msgs_py.ros.node import run_nodes
 from goalreach_msgs_py.ros.sensor_messages import (
     bumpers_to_msg,
@@ -60,12 +56,8 @@ from goalreach_msgs_py.values import (
     RegionState,
     Twist2,
 )
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _PERIOD_NS: Final = 40_000_000
 _POLL_S: Final = 0.1

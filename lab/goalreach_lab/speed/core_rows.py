@@ -25,15 +25,11 @@ from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.speed import frames, learning_peers, recording
 from goalreach_lab.speed.budget import Budget
 from goalreach_lab.speed.samples import fit_line, spread
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _SIZES_PX: Final = ((320, 240), (640, 480), (960, 720), (1280, 960))
 _LED_COUNTS: Final = (3, 4, 5, 6)

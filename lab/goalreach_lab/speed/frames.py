@@ -66,9 +66,7 @@ def _drive(noise: str, seed: int) -> _Round:
 
     from goalreach_evaluation.choices import choose_noise
     from goalreach_evaluation.drive import InProcessDrive
-    from goalreach_learning.controller_config import (
-        ControllerConfig,
-    )
+    from goalreach_learning.controller_config import ControllerConfig
     from goalreach_learning.training import train
     from goalreach_msgs_py.arena import Arena
 

@@ -11,9 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from goalreach_evaluation.drive import InProcessDrive
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel

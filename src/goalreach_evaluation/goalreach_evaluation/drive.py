@@ -8,35 +8,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from goalreach_evaluation.path_metrics import PathMeter, PathResult
-from goalreach_learning.controller import (
-    GoalReachingController,
-)
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller import GoalReachingController
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import Confidence, Pose2, RegionState
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 
 @dataclass

@@ -18,9 +18,7 @@ import numpy as np
 
 from goalreach_evaluation.drive import InProcessDrive
 from goalreach_evaluation.path_metrics import PathResult
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel

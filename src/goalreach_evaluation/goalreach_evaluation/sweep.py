@@ -16,9 +16,7 @@ import numpy as np
 
 from goalreach_evaluation.sessions import EvaluationPlan, evaluate
 from goalreach_evaluation.starts import RunSeeds, random_starts
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError

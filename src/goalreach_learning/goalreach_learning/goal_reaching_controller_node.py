@@ -13,12 +13,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64MultiArray
 
-from goalreach_learning.controller import (
-    GoalReachingController,
-)
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller import GoalReachingController
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.mission import MissionConfig, PathOrder
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy

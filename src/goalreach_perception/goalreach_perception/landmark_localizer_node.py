@@ -34,15 +34,9 @@ from goalreach_msgs_py.topics import (
     ODOM,
     POSE,
 )
-from goalreach_perception.localizer import (
-    LandmarkLocalizer,
-)
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
-from goalreach_perception.localizer_output import (
-    LocalizerOutput,
-)
+from goalreach_perception.localizer import LandmarkLocalizer
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_output import LocalizerOutput
 from goalreach_perception.ros.image_markers import image_markers
 from goalreach_perception.sensor_watch import SensorWatch
 

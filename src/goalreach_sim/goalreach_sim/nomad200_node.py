@@ -28,12 +28,8 @@ from goalreach_sim.ros.frame_publisher import FramePublisher
 from goalreach_sim.ros.lockstep import LockstepClock
 from goalreach_sim.ros.markers import arena_markers
 from goalreach_sim.ros.realtime import RealtimeClock
-from goalreach_sim.simulator import (
-    Simulator,
-)
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator import Simulator
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _NAME = 'nomad200'
 _THROTTLE_S = 5.0

@@ -9,13 +9,7 @@ import math
 import numpy as np
 
 from goalreach_msgs_py.angles import deg
-from goalreach_msgs_py.arena import (
-    BODY_RADIUS_M,
-    DEFAULT_LANDMARKS_M,
-    LENGTH_M,
-    WIDTH_M,
-    Arena,
-)
+from goalreach_msgs_py.arena import BODY_RADIUS_M, DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel

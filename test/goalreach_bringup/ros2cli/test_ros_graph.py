@@ -11,12 +11,12 @@ from typing import IO
 
 import pytest
 
-import goalreach_bringup
+import goalreach_msgs_py
 
 pytestmark = pytest.mark.graph
 
 NODE = Path(__file__).with_name('graph_node.py')
-PROFILE = Path(goalreach_bringup.__file__).parent / 'config' / 'fastdds.xml'
+PROFILE = Path(goalreach_msgs_py.__file__).parent / 'config' / 'fastdds.xml'
 ROS2 = [sys.executable, '-m', 'goalreach_bringup.cli', 'ros2']
 
 

@@ -78,7 +78,7 @@ def full_state(x_m: float = 1.778, y_m: float = 1.69, mode: str = 'fuzzy') -> Pa
 
 
 def skeleton_names() -> set[str]:
-    path = resources.files('goalreach_bringup') / 'dashboard' / 'static' / 'page.html'
+    path = resources.files('goalreach_dashboard') / 'static' / 'page.html'
     return set(re.findall(r'data-testid="([^"]+)"', path.read_text(encoding='utf-8')))
 
 

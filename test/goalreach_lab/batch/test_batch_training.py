@@ -2,13 +2,8 @@ import numpy as np
 import pytest
 
 from goalreach_lab.batch.batch_training import greedy_successes_batch, train_batch
-from goalreach_learning.q_learning import (
-    LearningConfig,
-)
-from goalreach_learning.training import (
-    greedy_successes,
-    train,
-)
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_learning.training import greedy_successes, train
 from goalreach_msgs_py.arena import Arena
 
 

@@ -3,9 +3,7 @@ import pytest
 
 from goalreach_lab.batch.batch_training import BUMP_END, GOAL_END, train_batch
 from goalreach_lab.batch.value_iteration import value_iteration
-from goalreach_learning.q_learning import (
-    LearningConfig,
-)
+from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena
 
 

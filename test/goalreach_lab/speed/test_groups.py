@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_bringup.cli import main
+from goalreach_lab.cli import main
 from goalreach_lab.speed.budget import Budget
 from goalreach_lab.speed.groups import GROUPS, rows_of
 from graphs import fresh_domain
@@ -48,7 +48,7 @@ def test_rows_of_a_graph(name: str) -> None:
 def test_bench_without_a_suite_writes_rows_and_document(tmp_path: Path) -> None:
     table, document = tmp_path / 'rows.json', tmp_path / 'PERFORMANCE.md'
     options = ['--seed', '2', '--scale', '0.001', '--only', 'recording']
-    status = main(['bench', *options, '--json', str(table), '--out', str(document)])
+    status = main([*options, '--json', str(table), '--out', str(document)])
     assert status in (0, 1)
     written = json.loads(table.read_text())
     (row,) = written['rows']
@@ -59,5 +59,5 @@ def test_bench_without_a_suite_writes_rows_and_document(tmp_path: Path) -> None:
 
 
 def test_no_scale_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(['bench', '--scale', '0', '--only', 'recording']) == 2
+    assert main(['--scale', '0', '--only', 'recording']) == 2
     assert 'must be a number above 0' in capsys.readouterr().err

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from goalreach_bringup.cli import main
+from goalreach_lab.cli import main
 from goalreach_lab.rigs.proc_file import descendants_of, processor_s
 from goalreach_lab.speed.page import configure, execute
 import graphs
@@ -41,7 +41,7 @@ def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPa
 def test_what_makes_no_sense_is_refused(
     words: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(['bench', 'page', *words]) == 2
+    assert main(['page', *words]) == 2
     assert f'bench: {words[0]}' in capsys.readouterr().err
 
 

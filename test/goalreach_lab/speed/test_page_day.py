@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from goalreach_bringup.cli import main
 from goalreach_evaluation.summary_file import append_line
+from goalreach_lab.cli import main
 from goalreach_lab.speed.page_day import longest_stretch, rows_of
 
 
@@ -71,7 +71,7 @@ def test_what_was_kept_is_reported_as_it_is(
     path = tmp_path / 'day.jsonl'
     for minute in day(lambda _: 100.0):
         append_line(path, minute)
-    assert main(['bench', 'page-day', '--lines', str(path), '--as-it-is']) == 0
+    assert main(['page-day', '--lines', str(path), '--as-it-is']) == 0
     assert '2.00 h simulated' in capsys.readouterr().out
 
 
@@ -79,5 +79,5 @@ def test_what_was_kept_is_reported_as_it_is(
 def test_what_makes_no_sense_is_refused(
     words: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(['bench', 'page-day', *words]) == 2
+    assert main(['page-day', *words]) == 2
     assert 'bench: --' in capsys.readouterr().err

@@ -5,7 +5,7 @@ import argparse
 import numpy as np
 import pytest
 
-from goalreach_bringup.cli import main
+from goalreach_lab.cli import main
 from goalreach_lab.rigs import irsim_drives
 from goalreach_lab.rigs.random_drives import RandomDrives, drive_batch
 from goalreach_lab.speed import simulator
@@ -46,7 +46,7 @@ def test_refuses_less_than_one(name: str) -> None:
 
 def test_the_command_knows_the_suite(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        main(['bench', 'simulator', '--help'])
+        main(['simulator', '--help'])
     assert '--graph-seconds' in capsys.readouterr().out
 
 

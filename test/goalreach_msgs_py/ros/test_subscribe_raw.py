@@ -20,11 +20,7 @@ from rosgraph_msgs.msg import Clock
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.ros.common_messages import MessageError, stamp_to_msg, twist_to_msg
-from goalreach_msgs_py.ros.estimate_messages import (
-    estimate_to_msg,
-    landmarks_to_msg,
-    state_to_msg,
-)
+from goalreach_msgs_py.ros.estimate_messages import estimate_to_msg, landmarks_to_msg, state_to_msg
 from goalreach_msgs_py.ros.raw_camera import (
     camera_from_raw,
     camera_to_raw,

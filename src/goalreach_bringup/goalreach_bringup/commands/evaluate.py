@@ -81,9 +81,7 @@ def _plan(options: argparse.Namespace) -> EvaluationPlan:
     from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
     from goalreach_evaluation.sessions import EvaluationPlan
     from goalreach_evaluation.starts import RunSeeds, starts_of
-    from goalreach_learning.controller_config import (
-        ControllerConfig,
-    )
+    from goalreach_learning.controller_config import ControllerConfig
 
     if options.seed < 0:
         raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')

@@ -125,9 +125,7 @@ def _evaluation(options: argparse.Namespace, arena: Arena, policy: Policy) -> Ev
     )
     from goalreach_evaluation.sessions import EvaluationPlan, evaluate
     from goalreach_evaluation.starts import RunSeeds
-    from goalreach_learning.controller_config import (
-        ControllerConfig,
-    )
+    from goalreach_learning.controller_config import ControllerConfig
     from goalreach_msgs_py.noise import noise_preset
 
     if options.evaluation is not None:

@@ -51,13 +51,8 @@ def execute(options: argparse.Namespace) -> int:
     from goalreach_evaluation.summary_file import write_summary
     from goalreach_evaluation.terminal import progress_bar
     from goalreach_learning.policy_file import write_policy
-    from goalreach_learning.q_learning import (
-        LearningConfig,
-    )
-    from goalreach_learning.training import (
-        greedy_successes,
-        train,
-    )
+    from goalreach_learning.q_learning import LearningConfig
+    from goalreach_learning.training import greedy_successes, train
     from goalreach_msgs_py.errors import ConfigurationError
 
     if options.seed < 0:

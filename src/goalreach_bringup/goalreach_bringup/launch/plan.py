@@ -12,9 +12,7 @@ from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.referee import Progress
 from goalreach_evaluation.starts import RunSeeds, random_starts
-from goalreach_learning.controller_config import (
-    ControllerConfig,
-)
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.mission import MissionConfig
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
@@ -24,15 +22,11 @@ from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.regions import RegionConfig
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, ROBOT
 from goalreach_msgs_py.values import Pose2
-from goalreach_perception.localizer_config import (
-    LocalizerConfig,
-)
+from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
 from goalreach_sim.faults import FaultParameters
 from goalreach_sim.pacing import TimeConfig
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _ENDLESS_STARTS = 1000
 

@@ -16,7 +16,7 @@ COMMANDS: Final = {
     'service': 'Various service related sub-commands',
     'topic': 'Various topic related sub-commands',
 }
-"""Command: what it is for. The verbs are in the module `ros_<command>`."""
+"""Command: what it is for. The verbs are in the module `ros.<command>`."""
 
 _TERMINATED: Final = 143
 
@@ -57,7 +57,7 @@ def _parser(arguments: list[str]) -> argparse.ArgumentParser:
     for name, summary in COMMANDS.items():
         command = commands.add_parser(name, help=summary, description=summary)
         if name in arguments[:1]:
-            module = importlib.import_module(f'goalreach_bringup.ros2cli.ros_{name}')
+            module = importlib.import_module(f'goalreach_bringup.ros2cli.ros.{name}')
             module.add_verbs(command)
     return parser
 

@@ -29,12 +29,7 @@ from goalreach_msgs_py.ros.sensor_messages import (
     odometry_from_msg,
 )
 from goalreach_msgs_py.ros.subscribe_raw import read_message
-from goalreach_msgs_py.topics import (
-    BASE_FRAME,
-    BUMPER_FRAME,
-    HEAD_JOINTS,
-    ODOM_FRAME,
-)
+from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, HEAD_JOINTS, ODOM_FRAME
 from goalreach_msgs_py.values import HeadAngles, Odometry, Twist2
 
 _BUMPERS = 20

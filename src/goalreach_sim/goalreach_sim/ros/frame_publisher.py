@@ -34,9 +34,7 @@ from goalreach_msgs_py.topics import (
     ODOM,
     ODOM_FRAME,
 )
-from goalreach_sim.sensors import (
-    SensorFrame,
-)
+from goalreach_sim.sensors import SensorFrame
 
 _SHOWN = 100
 """Ticks that a glimpse holds at most: twice what the fastest run has between two. Chosen."""

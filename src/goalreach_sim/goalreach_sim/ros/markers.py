@@ -10,9 +10,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.ros.common_messages import header
 from goalreach_msgs_py.topics import MAP_FRAME
-from goalreach_sim.simulator_config import (
-    SimulatorConfig,
-)
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _WALL_HEIGHT_M = 0.5
 _WALL_THICKNESS_M = 0.02

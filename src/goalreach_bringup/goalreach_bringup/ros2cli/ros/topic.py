@@ -6,15 +6,9 @@ import argparse
 
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from goalreach_bringup.ros2cli.ros import (
-    topic_echo as ros_topic_echo,
-)
-from goalreach_bringup.ros2cli.ros import (
-    topic_hz as ros_topic_hz,
-)
-from goalreach_bringup.ros2cli.ros import (
-    topic_pub as ros_topic_pub,
-)
+from goalreach_bringup.ros2cli.ros import topic_echo as ros_topic_echo
+from goalreach_bringup.ros2cli.ros import topic_hz as ros_topic_hz
+from goalreach_bringup.ros2cli.ros import topic_pub as ros_topic_pub
 from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
 from goalreach_msgs_py.errors import CommandError
 
