@@ -128,6 +128,6 @@ other programs use, are not two.""",
 def rows_of(name: str, budget: Budget) -> list[BenchRow]:
     """Measure one group."""
     module, _, function = GROUPS[name].source.partition('.')
-    found = importlib.import_module(f'goalreach_bringup.performance.{module}')
+    found = importlib.import_module(f'goalreach_lab.speed.{module}')
     measure: Callable[[Budget], list[BenchRow]] = getattr(found, function)
     return measure(budget)
