@@ -14,7 +14,7 @@ import pytest
 
 from dying_workers import die, die_once
 from goalreach_bringup.cli import main
-from goalreach_evaluation.sweep import SweepCase, dask_workers, drive_case, processes, run_sweep
+from goalreach_evaluation.sweep import SweepCase, dask_workers, drive_case, processes, run_cases
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel
@@ -58,18 +58,17 @@ def test_a_case_depends_on_its_seed_alone() -> None:
 @pytest.mark.parametrize('open_executor', [TWO_PROCESSES, two_dask_workers])
 def test_both_engines_find_what_one_process_finds(open_executor: Opener) -> None:
     cases = [case(seed) for seed in range(3)]
-    found: list[dict[str, Any]] = []
-    run_sweep(cases, open_executor, found.append)
+    found = [result for _, result in run_cases(cases, drive_case, open_executor)]
     found.sort(key=lambda result: int(result['seed']))
     assert found == [drive_case(one) for one in cases]
 
 
 @pytest.mark.parametrize('open_executor', [TWO_PROCESSES, two_dask_workers])
 def test_a_worker_that_dies_loses_no_result(tmp_path: Path, open_executor: Opener) -> None:
-    kept: list[dict[str, Any]] = []
     drive = functools.partial(die_once, str(tmp_path / 'died'))
-    run_sweep([case(seed) for seed in range(4)], open_executor, kept.append, drive=drive)
-    assert sorted(result['seed'] for result in kept) == [0, 1, 2, 3]
+    kept = list(run_cases([case(seed) for seed in range(4)], drive, open_executor))
+    assert sorted(result['seed'] for _, result in kept) == [0, 1, 2, 3]
+    assert all(one.seed == result['seed'] for one, result in kept)
     assert (tmp_path / 'died').exists()
 
 
@@ -77,8 +76,9 @@ def test_where_workers_keep_dying_what_is_finished_is_kept() -> None:
     kept: list[dict[str, Any]] = []
     opened: list[int] = []
     one_process = functools.partial(counted, opened, functools.partial(processes, 1))
+    measured = run_cases([case(seed) for seed in (0, 1, 2)], die, one_process)
     with pytest.raises(GoalreachError, match=r'workers keep dying: [12] of 3 cases are not done'):
-        run_sweep([case(seed) for seed in (0, 1, 2)], one_process, kept.append, drive=die)
+        kept.extend(result for _, result in measured)
     assert len(opened) == 3
     assert 0 in [result['seed'] for result in kept]
 

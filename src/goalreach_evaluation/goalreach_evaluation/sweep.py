@@ -1,4 +1,4 @@
-"""One piece of a sweep: learn in an arena, drive with some noise, count what came of it."""
+"""Sweeps: cases measured in parallel, each one learning phase and drives from random starts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 import importlib.util
 import multiprocessing
-from typing import Any
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -22,10 +22,16 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel
 
+_Case = TypeVar('_Case')
+_Result = TypeVar('_Result')
+
+KEY: Final = ('arena', 'noise', 'mode', 'drives', 'seed')
+"""Fields that identify a case in a file of results."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SweepCase:
-    """What one worker does at a time; it holds all that is needed, on whatever machine.
+    """One case, with everything a worker on any machine needs.
 
     Attributes:
         arena_name: What the arena is called in the results.
@@ -47,7 +53,7 @@ class SweepCase:
 
     @property
     def key(self) -> dict[str, Any]:
-        """What tells this case from others in a file of results."""
+        """The fields `KEY` of this case."""
         return {
             'arena': self.arena_name,
             'noise': self.noise_name,
@@ -126,38 +132,39 @@ def lost_work() -> tuple[type[BaseException], ...]:
     return lost
 
 
-def run_sweep(
-    cases: Sequence[SweepCase],
+def run_cases(
+    cases: Sequence[_Case],
+    measure: Callable[[_Case], _Result],
     open_executor: Callable[[], AbstractContextManager[Executor]],
-    keep: Callable[[dict[str, Any]], None],
     *,
     attempts: int = 3,
-    drive: Callable[[SweepCase], dict[str, Any]] = drive_case,
-) -> None:
-    """Run all cases; a case whose worker died is run again.
+) -> Iterator[tuple[_Case, _Result]]:
+    """Measure cases in parallel; repeat those whose worker died.
 
     Args:
-        cases: What to do.
-        open_executor: Opens where it is done; anew after a worker's death has closed it.
-        keep: Called with each result as soon as it is there.
+        cases: The cases.
+        measure: Function at the top level of a module that returns the result of a case.
+        open_executor: Opens the executor; called again after a dead worker has closed it.
         attempts: How often to open it before giving up.
-        drive: What to do with a case.
+
+    Yields:
+        Each case with its result, as soon as it is finished.
 
     Raises:
-        GoalreachError: Workers kept dying; what was finished has been kept.
+        GoalreachError: Workers kept dying; every finished case has been yielded.
     """
-    left = list(cases)
+    left = list(range(len(cases)))
     for _ in range(attempts):
         if not left:
             return
         with open_executor() as executor:
-            waiting = {executor.submit(drive, case): case for case in left}
+            waiting = {executor.submit(measure, cases[index]): index for index in left}
             for future in as_completed(waiting):
                 try:
                     result = future.result()
                 except lost_work():
                     continue
-                keep(result)
                 left.remove(waiting[future])
+                yield cases[waiting[future]], result
     if left:
         raise GoalreachError(f'workers keep dying: {len(left)} of {len(cases)} cases are not done')

@@ -40,8 +40,8 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: An option or a file is refused, or workers keep dying.
     """
-    from goalreach_evaluation.summary_file import append_line, read_lines
-    from goalreach_evaluation.sweep import run_sweep
+    from goalreach_evaluation.results_file import ResultsFile
+    from goalreach_evaluation.sweep import KEY, drive_case, run_cases
     from goalreach_msgs_py.files import require_writable
 
     for name in ('seeds', 'drives', 'jobs'):
@@ -49,11 +49,12 @@ def execute(options: argparse.Namespace) -> int:
             raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
     require_writable(options.results)
     cases = _cases(options)
-    done = read_lines(options.results)
-    left = [case for case in cases if not any(case.key.items() <= d.items() for d in done)]
+    results = ResultsFile(options.results, key=KEY)
+    left = [case for case in cases if results.missing([case.key])]
     print(f'{len(cases) - len(left)} of {len(cases)} cases are done', flush=True)
-    run_sweep(left, _executor(options), functools.partial(append_line, options.results))
-    _show(read_lines(options.results))
+    for case, result in run_cases(left, drive_case, _executor(options)):
+        results.add(case.key, result)
+    _show(results.results)
     return 0
 
 
