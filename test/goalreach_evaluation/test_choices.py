@@ -7,7 +7,7 @@ import pytest
 
 from goalreach_bringup.cli import main
 from goalreach_evaluation.choices import arena_names, arena_path, choose_arena, choose_policy
-from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy_file import write_policy
@@ -45,7 +45,7 @@ def test_every_example_is_learned_and_driven(name: str) -> None:
         starts=random_starts(arena, 4, np.random.default_rng(5)),
         seed=5,
     )
-    (session,) = evaluate(plan)
+    (session,) = drive_sessions(plan)
     assert [path.outcome for path in session.paths] == ['goal'] * 4
 
 

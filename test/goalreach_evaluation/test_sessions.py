@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from goalreach_bringup.cli import main
-from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
@@ -34,25 +34,25 @@ def plan(
 
 @pytest.mark.parametrize('mode', ['fuzzy', 'crisp'])
 def test_random_starts_reach_the_goal_on_images(mode: str) -> None:
-    (session,) = evaluate(plan(mode, starts=6))
+    (session,) = drive_sessions(plan(mode, starts=6))
     assert [path.outcome for path in session.paths] == ['goal'] * 6
     assert max(path.pose_error_m['p95'] for path in session.paths) < 3 * INCH_M
 
 
 def test_without_noise_the_pose_is_nearly_exact() -> None:
-    (session,) = evaluate(plan(noise='none', starts=3))
+    (session,) = drive_sessions(plan(noise='none', starts=3))
     assert max(path.pose_error_m['rms'] for path in session.paths) < 0.2 * INCH_M
 
 
 def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
-    first, again, other = (evaluate(plan(seed=seed, starts=2)) for seed in (1, 1, 2))
+    first, again, other = (drive_sessions(plan(seed=seed, starts=2)) for seed in (1, 1, 2))
     assert first == again
     assert first != other
 
 
 def test_the_number_of_processes_changes_nothing() -> None:
     many = plan(starts=24)
-    assert evaluate(many, jobs=2) == evaluate(many)
+    assert drive_sessions(many, jobs=2) == drive_sessions(many)
 
 
 def test_the_command_writes_what_it_drove(

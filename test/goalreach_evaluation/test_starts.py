@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from goalreach_evaluation.starts import _on_rectangle, border_starts, starts_of
+from goalreach_evaluation.starts import _on_rectangle, border_starts, choose_starts
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 
@@ -37,12 +37,12 @@ def test_border_starts_stand_a_hand_from_every_wall() -> None:
 
 
 def test_the_word_chooses() -> None:
-    assert starts_of('paper', ARENA, 0) == ARENA.starts
-    assert len(starts_of('random:3', ARENA, 0)) == 3
-    assert starts_of('border:3', ARENA, 5) == border_starts(ARENA, 3, np.random.default_rng(5))
+    assert choose_starts('paper', ARENA, 0) == ARENA.starts
+    assert len(choose_starts('random:3', ARENA, 0)) == 3
+    assert choose_starts('border:3', ARENA, 5) == border_starts(ARENA, 3, np.random.default_rng(5))
 
 
 @pytest.mark.parametrize('text', ['', 'random', 'border:0', 'border:-1', 'wall:3', 'random:1e3'])
 def test_refuses_other_words(text: str) -> None:
-    with pytest.raises(ConfigurationError, match='--starts'):
-        starts_of(text, ARENA, 0)
+    with pytest.raises(ConfigurationError, match='starts = '):
+        choose_starts(text, ARENA, 0)

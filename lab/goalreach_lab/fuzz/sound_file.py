@@ -16,7 +16,7 @@ from goalreach_bags.repair import repair_bag
 from goalreach_bags.topic import BagError, BagTopic, QosOffer, StorageOptions, message_definition
 from goalreach_bags.writer import BagWriter
 from goalreach_evaluation.choices import choose_arena, read_noise
-from goalreach_evaluation.figures.evaluation_file import read_evaluation
+from goalreach_evaluation.summary_file import read_recorded_run
 from goalreach_lab.fuzz.file_target_file import FileTarget
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
 from goalreach_lab.fuzz.reader import Reader
@@ -111,7 +111,7 @@ def document_targets(folder: Path) -> list[FileTarget]:
             lambda path: read_parameters(path, NODES),
             finite=False,
         ),
-        target('evaluation file', _EVALUATION, _as_json, read_evaluation),
+        target('evaluation file', _EVALUATION, _as_json, read_recorded_run),
     ]
 
 

@@ -68,9 +68,9 @@ def _drive(plan: EvaluationPlan, path: int) -> Frames:
         policy=plan.policy,
         controller=plan.controller,
         seed=np.random.SeedSequence(plan.seed, spawn_key=(path,)),
-        observer=log.add,
     )
-    drive.drive(plan.starts[path], path=path)
+    for frame in drive.drive_frames(plan.starts[path], path=path):
+        log.add(frame.sensors, frame.localization, frame.state)
     return log.take()
 
 

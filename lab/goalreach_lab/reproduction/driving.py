@@ -43,7 +43,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     import numpy as np
 
     from goalreach_evaluation.choices import choose_noise
-    from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+    from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
     from goalreach_evaluation.starts import border_starts, random_starts
     from goalreach_learning.controller_config import ControllerConfig
     from goalreach_learning.training import train
@@ -71,7 +71,7 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
             starts=starts,
             seed=options.seed,
         )
-        sessions = evaluate(plan, jobs=options.jobs)
+        sessions = drive_sessions(plan, jobs=options.jobs)
         driven[mode] = [path for session in sessions for path in session.paths]
     return [row for mode in _MODES for row in _rows(mode, driven, arena.regions, options.noise)]
 

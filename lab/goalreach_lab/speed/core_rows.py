@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from goalreach_evaluation.drive import InProcessDrive
-from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_lab.localization.speed_study import speed_rows, study_speed
 from goalreach_lab.row import BenchRow, Goal
@@ -189,5 +189,5 @@ def _evaluate_s(drives: int, seed: int, *, jobs: int) -> float:
         seed=seed,
     )
     began_s = time.perf_counter()
-    evaluate(plan, jobs=jobs)
+    drive_sessions(plan, jobs=jobs)
     return time.perf_counter() - began_s

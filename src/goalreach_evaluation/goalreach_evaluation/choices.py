@@ -1,4 +1,4 @@
-"""Which arena, and which policy fits it: what `--arena` and `--policy` mean to every command."""
+"""Arena, noise and policy by name, by file or as an object: the values that options take."""
 
 from __future__ import annotations
 
@@ -15,24 +15,70 @@ from goalreach_learning.policy_file import read_policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
-from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, one_line_repr
+from goalreach_msgs_py.errors import (
+    ConfigurationError,
+    FileFormatError,
+    GoalreachError,
+    one_line_repr,
+)
 from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.regions import region_name
 
+_ARENAS = Path(str(resources.files('goalreach_msgs_py'))) / 'config' / 'arenas'
+_KNOT_TOLERANCE_M = 1e-6
+"""Knots in files are rounded; a smaller difference is no difference. Chosen."""
 
-def choose_noise(name: str) -> NoiseModel:
-    """Return the preset of that name, or else the noise model of that file.
+
+def add_arena_option(parser: argparse.ArgumentParser) -> None:
+    """Add `--arena` to a command."""
+    text = f'arena to drive in: {", ".join(arena_names())}, or a YAML file'
+    parser.add_argument('--arena', default='paper', metavar='NAME|FILE', help=text)
+
+
+def arena_names() -> list[str]:
+    """Return the names of the arenas that come with the project."""
+    return sorted(path.stem for path in _ARENAS.glob('*.yaml'))
+
+
+def arena_path(name: str) -> Path:
+    """Return the file of an arena that comes with the project.
+
+    Args:
+        name: One of `arena_names`.
+    """
+    return _ARENAS / f'{name}.yaml'
+
+
+def choose_arena(arena: Arena | Path | str) -> Arena:
+    """Return an arena given by name, by file or as an object.
 
     Raises:
-        FileFormatError: It is neither.
+        FileFormatError: It is no known name and no file, or the file does not describe an arena.
     """
-    return noise_preset(name) if name in NOISE_PRESETS else read_noise(name)
+    if isinstance(arena, Arena):
+        return arena
+    if arena in arena_names():
+        return read_arena(arena_path(str(arena)))
+    if not Path(arena).exists():
+        raise FileFormatError(arena, f'is no file and none of {", ".join(arena_names())}')
+    return read_arena(arena)
 
 
-def read_noise(path: str | Path) -> NoiseModel:
-    """Return the noise model of a file.
+def choose_noise(noise: NoiseModel | Path | str) -> NoiseModel:
+    """Return a noise model given by the name of a preset, by file or as an object.
+
+    Raises:
+        FileFormatError: It is no preset, and no file of a noise model.
+    """
+    if isinstance(noise, NoiseModel):
+        return noise
+    return noise_preset(str(noise)) if noise in NOISE_PRESETS else read_noise(noise)
+
+
+def read_noise(path: Path | str) -> NoiseModel:
+    """Read a noise model from a YAML file that maps its fields to numbers.
 
     Raises:
         FileFormatError: The file cannot be read, names an unknown field or holds a bad value.
@@ -50,95 +96,54 @@ def read_noise(path: str | Path) -> NoiseModel:
     known = {field.name for field in fields(NoiseModel)}
     for name, value in content.items():
         if name not in known:
-            raise FileFormatError(
-                path, f'{name} = {one_line_repr(value)}: no such field of a noise model'
-            )
+            reason = f'{name} = {one_line_repr(value)}: no such field of a noise model'
+            raise FileFormatError(path, reason)
     try:
         return build_config(NoiseModel, content)
     except ConfigurationError as error:
         raise FileFormatError(path, str(error)) from None
 
 
-_SUFFIX = '.yaml'
-
-
-def add_arena_option(parser: argparse.ArgumentParser) -> None:
-    """Add `--arena` to a command."""
-    text = f'where to drive: {", ".join(arena_names())}, or a YAML file'
-    parser.add_argument('--arena', default='paper', metavar='NAME|FILE', help=text)
-
-
-def arena_names() -> list[str]:
-    """Return the names of the arenas that come with the project."""
-    return sorted(path.stem for path in _folder().glob(f'*{_SUFFIX}'))
-
-
-def arena_path(name: str) -> Path:
-    """Return the file of an arena that comes with the project.
+def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int) -> Policy:
+    """Return a policy given by file or as an object, or learn one for an arena.
 
     Args:
-        name: One of `arena_names`.
-    """
-    return _folder() / f'{name}{_SUFFIX}'
-
-
-def _folder() -> Path:
-    return Path(str(resources.files('goalreach_msgs_py'))) / 'config' / 'arenas'
-
-
-_SAME_M = 1e-6
-"""Knots nearer than this are the same: those of a file are rounded."""
-
-
-def choose_arena(name: str) -> Arena:
-    """Return the arena of that name, or else of that file.
-
-    Raises:
-        FileFormatError: It is neither, or the file is not an arena; the line names the field.
-    """
-    if name in arena_names():
-        return read_arena(arena_path(name))
-    if not Path(name).exists():
-        raise FileFormatError(name, f'is no file and none of {", ".join(arena_names())}')
-    return read_arena(name)
-
-
-def choose_policy(path: Path | None, arena: Arena, seed: int) -> Policy:
-    """Return the policy of a file, or learn one for an arena.
-
-    Args:
-        path: The file, or None.
-        arena: Where it is to drive.
+        policy: The policy or its file; None to learn one.
+        arena: Arena to drive in.
         seed: Seed of the learning phase.
 
     Raises:
-        FileFormatError: The file is no policy, or was learned on other regions.
+        GoalreachError: The file is not a policy, or was learned on other regions.
     """
-    if path is None:
+    if policy is None:
         return train(arena, rng=np.random.default_rng(seed)).policy
-    return read_policy_for(path, arena)
-
-
-def read_policy_for(path: Path, arena: Arena) -> Policy:
-    """Return the policy of a file that was learned on an arena's regions.
-
-    Raises:
-        FileFormatError: The file is no policy, or was learned on other regions.
-    """
-    policy = read_policy(path)
-    _require_same_regions(path, policy, arena)
+    if not isinstance(policy, Policy):
+        return read_policy_for(policy, arena)
+    if difference := _region_difference(policy, arena):
+        raise GoalreachError(f'policy: {difference}')
     return policy
 
 
-def _require_same_regions(path: Path, policy: Policy, arena: Arena) -> None:
-    ours, theirs = arena.regions, policy.regions
+def read_policy_for(path: Path | str, arena: Arena) -> Policy:
+    """Read a policy that was learned on an arena's regions.
+
+    Raises:
+        FileFormatError: The file is not a policy, or was learned on other regions.
+    """
+    policy = read_policy(path)
+    if difference := _region_difference(policy, arena):
+        raise FileFormatError(path, difference)
+    return policy
+
+
+def _region_difference(policy: Policy, arena: Arena) -> str:
+    """Return how a policy's regions differ from the arena's; empty if they do not."""
     for name in ('x_knots_m', 'y_knots_m'):
-        mine, other = np.array(getattr(ours, name)), np.array(getattr(theirs, name))
-        if not np.allclose(mine, other, rtol=0.0, atol=_SAME_M):
-            knots = ', '.join(f'{knot_m:g}' for knot_m in mine)
-            given = ', '.join(f'{knot_m:g}' for knot_m in other)
-            reason = f'regions.{name} = [{given}]: the arena {arena.name} has [{knots}]'
-            raise FileFormatError(path, reason)
-    if theirs.goal != ours.goal:
-        here, there = region_name(ours.goal), region_name(theirs.goal)
-        raise FileFormatError(path, f'regions.goal = {there}: the arena {arena.name} has {here}')
+        expected, found = (getattr(regions, name) for regions in (arena.regions, policy.regions))
+        if not np.allclose(expected, found, rtol=0.0, atol=_KNOT_TOLERANCE_M):
+            given, knots = (', '.join(f'{knot_m:g}' for knot_m in k) for k in (found, expected))
+            return f'regions.{name} = [{given}]: the arena {arena.name} has [{knots}]'
+    if policy.regions.goal != arena.regions.goal:
+        expected, found = (region_name(r.goal) for r in (arena.regions, policy.regions))
+        return f'regions.goal = {found}: the arena {arena.name} has {expected}'
+    return ''

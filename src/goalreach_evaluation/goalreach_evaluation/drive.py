@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from goalreach_evaluation.path_metrics import PathMeter, PathResult
-from goalreach_learning.controller import GoalReachingController
+from goalreach_learning.controller import ControlStep, GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import Confidence, Pose2, RegionState
+from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate, RegionState, Twist2
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -23,19 +24,63 @@ from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DriveFrame:
+    """One camera period of a path: from the image to the command.
+
+    Attributes:
+        sensors: Everything measured at this moment, and the truth.
+        localization: Output of the localizer.
+        state: Region and memberships of the estimated pose.
+        control: Output of the controller.
+        result: The path's measures in its last frame, None before.
+    """
+
+    sensors: SensorFrame
+    localization: LocalizerOutput
+    state: RegionState
+    control: ControlStep
+    result: PathResult | None = None
+
+    @property
+    def time_s(self) -> float:
+        """Time on the robot's clock, seconds."""
+        return self.sensors.time_ns * 1e-9
+
+    @property
+    def image(self) -> NDArray[np.uint8]:
+        """The camera image, (height, width) grey values."""
+        return self.sensors.image
+
+    @property
+    def pose(self) -> PoseEstimate:
+        """The estimated pose in `map` with its covariance."""
+        return self.localization.estimate
+
+    @property
+    def true_pose(self) -> Pose2:
+        """The true pose in `map`; nothing that drives the robot uses it."""
+        return self.sensors.truth.pose
+
+    @property
+    def command(self) -> Twist2:
+        """The velocities driven until the next frame."""
+        return self.control.command
+
+
 @dataclass
 class InProcessDrive:
     """Drives path after path as the graph does in lockstep, tick for tick.
 
     Attributes:
-        arena: Where to drive.
-        noise: How far the sensors may be wrong; the localizer expects the same.
-        policy: What to drive.
+        arena: The arena.
+        noise: Errors of the sensors; the localizer expects the same.
+        policy: The policy at the beginning.
         controller: Configuration of the controller.
-        seed: Seed of everything random.
-        simulator: Configuration of the simulator, or None for the arena's and the noise's.
+        seed: Seed of every random draw.
+        simulator: Configuration of the simulator, or None to derive it from arena and noise.
         localizer: Configuration of the localizer, likewise.
-        observer: Called with every frame, what the localizer made of it, and the state.
+        frames: Number of camera frames so far.
     """
 
     arena: Arena
@@ -45,18 +90,18 @@ class InProcessDrive:
     seed: np.random.SeedSequence
     simulator: SimulatorConfig | None = None
     localizer: LocalizerConfig | None = None
-    observer: Callable[[SensorFrame, LocalizerOutput, RegionState], None] | None = None
     frames: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        """Build robot, eyes, state and controller."""
+        """Build simulator, localizer, state estimator and controller."""
         simulator_seed, controller_seed = self.seed.spawn(2)
         self._simulator = Simulator(
             self.simulator or SimulatorConfig.for_arena(self.arena, self.noise),
             np.random.default_rng(simulator_seed),
         )
-        eyes = self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)
-        self._localizer = LandmarkLocalizer(eyes)
+        self._localizer = LandmarkLocalizer(
+            self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)
+        )
         self._estimator = StateEstimator(StateEstimatorConfig.for_arena(self.arena))
         self._controller = GoalReachingController(
             self.controller, self.policy, np.random.default_rng(controller_seed)
@@ -64,49 +109,72 @@ class InProcessDrive:
 
     @property
     def learned(self) -> Policy:
-        """What is known now: more than was given where the controller learns."""
+        """The policy now: it differs from the first one where the controller learns."""
         return self._controller.policy
 
     def drive(self, start: Pose2, *, path: int = 0, trial: int = 0) -> PathResult:
-        """Place the robot, drive until the path ends, and judge it by the truth.
+        """Drive one path to its end; return its measures.
 
         Args:
-            start: Where the robot is placed, in `map`.
+            start: Pose to place the robot at, in `map`.
+            path: Number of the path.
+            trial: Number of the trial.
+        """
+        frames = self.drive_frames(start, path=path, trial=trial)
+        return next(frame.result for frame in frames if frame.result is not None)
+
+    def drive_frames(self, start: Pose2, *, path: int = 0, trial: int = 0) -> Iterator[DriveFrame]:
+        """Drive one path, yielding every camera frame; the last one carries the result.
+
+        Args:
+            start: Pose to place the robot at, in `map`.
             path: Number of the path.
             trial: Number of the trial.
         """
         self._simulator.reset(start)
         self._controller.begin_path(start=start, path=path, trial=trial)
         meter = PathMeter(start)
-        while True:
-            self._simulator.advance()
-            frame = self._simulator.sense()
-            seen = self._localizer.process(
-                time_ns=frame.time_ns,
-                image=frame.image,
-                camera=frame.camera,
-                joints=frame.joints,
-                odometry=frame.odometry,
-            )
-            state = self._estimator.estimate(seen.estimate)
-            if self.observer is not None:
-                self.observer(frame, seen, state)
-            step = self._controller.step(
-                time_ns=frame.time_ns, state=state, bumped=any(frame.bumpers)
-            )
-            self.frames += 1
-            truth = frame.truth.pose
-            trusted = state.confidence is Confidence.OK
-            meter.add(
-                time_ns=frame.time_ns,
-                truth=truth,
-                estimate=state.pose if trusted else None,
-                commanded_heading_rad=step.heading_rad,
-            )
-            if step.transition is not None and step.transition.outcome is not None:
-                region = self.arena.regions.region_at(truth.x_m, truth.y_m)
-                return meter.finish(
-                    step.transition.outcome, in_goal=region == self.arena.regions.goal
-                )
-            self._simulator.command_drive(step.command)
-            self._simulator.command_head(seen.head_command)
+        ended = False
+        while not ended:
+            frame = self._next_frame(meter)
+            yield frame
+            ended = frame.result is not None
+            if not ended:
+                self._simulator.command_drive(frame.command)
+                self._simulator.command_head(frame.localization.head_command)
+
+    def _next_frame(self, meter: PathMeter) -> DriveFrame:
+        """Simulate one camera period and compute the command for the next."""
+        self._simulator.advance()
+        sensors = self._simulator.sense()
+        localization = self._localizer.process(
+            time_ns=sensors.time_ns,
+            image=sensors.image,
+            camera=sensors.camera,
+            joints=sensors.joints,
+            odometry=sensors.odometry,
+        )
+        state = self._estimator.estimate(localization.estimate)
+        control = self._controller.step(
+            time_ns=sensors.time_ns, state=state, bumped=any(sensors.bumpers)
+        )
+        self.frames += 1
+        truth = sensors.truth.pose
+        meter.add(
+            time_ns=sensors.time_ns,
+            truth=truth,
+            estimate=state.pose if state.confidence is Confidence.OK else None,
+            commanded_heading_rad=control.heading_rad,
+        )
+        result = None
+        if control.transition is not None and control.transition.outcome is not None:
+            region = self.arena.regions.region_at(truth.x_m, truth.y_m)
+            in_goal = region == self.arena.regions.goal
+            result = meter.finish(control.transition.outcome, in_goal=in_goal)
+        return DriveFrame(
+            sensors=sensors,
+            localization=localization,
+            state=state,
+            control=control,
+            result=result,
+        )

@@ -1,6 +1,6 @@
-"""How well one path was driven, measured against the truth.
+"""Measures of driven paths against the truth, and statistics over many paths.
 
-Used alike by a run over the graph and by an evaluation in one process, so their numbers compare.
+A run over the graph and an evaluation in one process both use them, so their numbers compare.
 """
 
 from __future__ import annotations
@@ -9,20 +9,17 @@ from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.values import PathOutcome, Pose2
 
-if TYPE_CHECKING:
-    pass
-
-
+OUTCOMES: Final = ('goal', 'false-goal', 'bump', 'timeout')
 _STANDING_M = 0.001
-# Distance from its start up to which the robot counts as standing there; chosen: a tenth of what
-# it drives in one control step.
+"""Nearer to its start than this the robot has not driven off. Chosen: a tenth of what it drives in
+one control step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,13 +28,13 @@ class PathResult:
 
     Attributes:
         start: Pose the robot was placed at, in `map`.
-        outcome: 'goal', 'false-goal', 'bump' or 'timeout', judged by the truth.
-        duration_s: Simulated time from the placing to the end.
+        outcome: One of `OUTCOMES`, judged by the true position.
+        duration_s: Simulated time from the start to the end.
         length_m: Length of the true path.
         turning_rad: Sum of the absolute changes of the true drive heading.
         max_heading_step_rad: Largest change of the commanded heading between two control steps,
-            once under way: see `PathMeter`.
-        pose_error_m: rms, p95 and max of the position error while the state was trusted.
+            after the robot has left its start: see `PathMeter`.
+        pose_error_m: rms, p95 and max of the position error while the state's confidence was OK.
         heading_error_rad: The same of the heading error.
         trace: True positions (x, y) along the path, metres.
     """
@@ -68,7 +65,7 @@ class PathResult:
 
 
 def error_statistics(errors: Sequence[float]) -> dict[str, float]:
-    """Return rms, p95 and max of absolute errors; NaN-free: zeros where there are none."""
+    """Return rms, p95 and max of absolute errors; zeros if there are no errors."""
     if not errors:
         return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
     values = np.abs(np.asarray(errors))
@@ -80,21 +77,21 @@ def error_statistics(errors: Sequence[float]) -> dict[str, float]:
 
 
 def _numbers() -> array[float]:
-    """Return an empty row of numbers: a path that finds no end has thousands of them."""
+    """Return an empty array: a path that ends by time-out has thousands of numbers."""
     return array('d')
 
 
 @dataclass
 class PathMeter:
-    """Gathers one path tick by tick.
+    """Measures one path tick by tick.
 
-    The change of the commanded heading counts from the step on at which the robot has left its
-    start, by the truth. Before it stands, looks for the landmarks and turns to its first heading;
-    what it is to follow may still change then as the first estimate settles, and moves nothing.
+    Changes of the commanded heading count once the robot has left its start, by the truth. Until
+    then it stands, searches for the landmarks and turns to its first heading; the command may
+    change as the first estimate converges, without moving anything.
 
     Attributes:
         start: Pose the robot was placed at.
-        trace_step: Every how many ticks the trace keeps a position.
+        trace_step: Ticks from one position of the trace to the next.
     """
 
     start: Pose2
@@ -123,10 +120,10 @@ class PathMeter:
         """Add one control step.
 
         Args:
-            time_ns: Stamp of the image behind it.
+            time_ns: Stamp of its image.
             truth: True pose.
-            estimate: Estimated pose, or None where it was not trusted.
-            commanded_heading_rad: Heading in `map` that the controller wanted, or None.
+            estimate: Estimated pose, or None while its confidence is not OK.
+            commanded_heading_rad: Heading in `map` that the controller follows, or None.
         """
         if self._last_truth is None:
             self._first_ns = time_ns
@@ -150,7 +147,7 @@ class PathMeter:
         self._last_ns, self._last_truth = time_ns, truth
 
     def _left_start(self, truth: Pose2) -> bool:
-        """Return whether the first alignment is over: the robot has driven off."""
+        """Return whether the robot has driven off, now or before."""
         gone_m = math.hypot(truth.x_m - self.start.x_m, truth.y_m - self.start.y_m)
         self._under_way = self._under_way or gone_m > _STANDING_M
         return self._under_way
@@ -159,7 +156,7 @@ class PathMeter:
         """Return the result.
 
         Args:
-            outcome: How the controller says the path ended.
+            outcome: How the path ended according to the controller.
             in_goal: Whether the robot's true centre was inside the goal region at that moment.
         """
         judged = outcome.value
@@ -188,29 +185,29 @@ _ERRORS: Final = ('pose_error_m', 'heading_error_rad')
 
 @dataclass
 class Spread:
-    """Mean and worst of one measure of paths, in its unit.
+    """Sum and maximum of one measure over paths, in its unit.
 
     Attributes:
         total: Sum over the paths.
-        worst: The largest.
+        worst: Maximum.
     """
 
     total: float = 0.0
     worst: float = 0.0
 
     def add(self, value: float) -> None:
-        """Count one path's."""
+        """Add the value of one path."""
         self.total += value
         self.worst = max(self.worst, value)
 
 
 @dataclass
 class PathTally:
-    """Counts paths one by one; a run of days takes no more room than one path.
+    """Statistics over paths, updated path by path in constant memory.
 
     Attributes:
-        paths: How many there were.
-        goals: How many reached the goal, judged by the truth.
+        paths: Number of paths.
+        goals: Number that reached the goal, judged by the true position.
         spreads: Of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
             path's 'pose_error_m' and 'heading_error_rad'.
     """
@@ -223,14 +220,14 @@ class PathTally:
 
     @classmethod
     def of(cls, results: Iterable[PathResult]) -> PathTally:
-        """Return the tally of paths that are there."""
+        """Return the statistics of paths."""
         tally = cls()
         for result in results:
             tally.add(result)
         return tally
 
     def add(self, result: PathResult) -> None:
-        """Count a path."""
+        """Add a path."""
         self.paths += 1
         self.goals += result.outcome == 'goal'
         for name in _MEASURES:
@@ -239,7 +236,7 @@ class PathTally:
             self.spreads[name].add(getattr(result, name)['p95'])
 
     def mean(self, name: str) -> float:
-        """Return the mean over the paths of one of the measures; 0 where there are no paths."""
+        """Return the mean of one of the measures over the paths; 0 if there are none."""
         return self.spreads[name].total / self.paths if self.paths else 0.0
 
 
@@ -250,8 +247,8 @@ def wilson_interval(successes: int, n: int) -> tuple[float, float]:
     """Return the 95 % Wilson score interval of a proportion.
 
     Args:
-        successes: How many of them.
-        n: Out of how many, at least 1.
+        successes: Number of successes.
+        n: Number of trials, at least 1.
     """
     share, z2 = successes / n, _Z95**2
     centre = (share + z2 / (2 * n)) / (1 + z2 / n)

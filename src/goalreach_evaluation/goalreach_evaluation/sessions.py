@@ -1,8 +1,7 @@
-"""Driving a policy many times through the full sensor chain, on as many processes as wanted.
+"""Many paths on many processes, one simulated robot per session.
 
-Paths are driven in sessions: one robot with its own drawn errors drives up to 22 paths. A
-session depends on its number and the seed alone, so the result does not depend on the number
-of processes.
+A session is one robot, with sensor errors of its own, that drives up to 22 paths. It depends on
+its number and the seed alone, so the result does not depend on the number of processes.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ _Result = TypeVar('_Result')
 def each(
     function: Callable[[_Argument], _Result], arguments: Sequence[_Argument], *, jobs: int = 1
 ) -> Iterator[_Result]:
-    """Yield what a function makes of each argument, in their order.
+    """Map a function over arguments, on processes if wanted; yield the results in order.
 
     Args:
-        function: At the top of a module, so that another process finds it.
-        arguments: What it is called with.
-        jobs: Number of processes; with one, it is called in this process.
+        function: A function at the top of a module, so that another process can import it.
+        arguments: One call each.
+        jobs: Number of processes; with one, this process does the work.
     """
     if jobs == 1:
         yield from map(function, arguments)
@@ -47,20 +46,20 @@ def each(
 
 
 SESSION_PATHS: Final = 22
-"""Paths that one robot with its own drawn errors drives; chosen."""
+"""Paths of one session. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationPlan:
-    """What is to be driven.
+    """Everything that determines the paths of an evaluation.
 
     Attributes:
-        arena: Where.
-        noise: How far the sensors may be wrong.
-        policy: What was learned.
-        controller: How it is driven.
-        starts: Where the paths begin.
-        seed: Seed of everything random.
+        arena: The arena.
+        noise: Errors of the sensors.
+        policy: The policy to drive.
+        controller: Configuration of the controller.
+        starts: Starting poses, one path each.
+        seed: Seed of every random draw.
     """
 
     arena: Arena
@@ -78,7 +77,7 @@ class EvaluationPlan:
 
 @dataclass(frozen=True, kw_only=True)
 class SessionResult:
-    """What one session yields: its paths in order, and the camera frames it took."""
+    """The paths of one session in order, and its number of camera frames."""
 
     paths: tuple[PathResult, ...]
     frames: int
@@ -88,8 +87,8 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
     """Drive one session of a plan.
 
     Args:
-        plan: What is to be driven.
-        number: Which session, from 0.
+        plan: The evaluation.
+        number: Number of the session, from 0.
     """
     first = number * SESSION_PATHS
     drive = InProcessDrive(
@@ -106,13 +105,13 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
     return SessionResult(paths=paths, frames=drive.frames)
 
 
-def evaluate(
+def drive_sessions(
     plan: EvaluationPlan, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> list[SessionResult]:
-    """Drive a whole plan.
+    """Drive every session of a plan.
 
     Args:
-        plan: What is to be driven.
+        plan: The evaluation.
         jobs: Number of processes.
         progress: Called with the number of paths that each finished session adds.
 
@@ -120,8 +119,7 @@ def evaluate(
         The sessions in order.
     """
     results: list[SessionResult] = []
-    drive = functools.partial(drive_session, plan)
-    for result in each(drive, range(plan.sessions), jobs=jobs):
+    for result in each(functools.partial(drive_session, plan), range(plan.sessions), jobs=jobs):
         results.append(result)
         progress(len(result.paths))
     return results

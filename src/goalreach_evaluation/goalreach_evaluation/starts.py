@@ -1,49 +1,114 @@
-"""Where the paths of an evaluation begin: what `--starts` means."""
+"""Starting poses of the paths, and the seeds of a run."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Final
-
-from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.values import Pose2
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from goalreach_msgs_py.arena import Arena
+from collections.abc import Sequence
 from dataclasses import dataclass
+import math
+from typing import Final
 
 import numpy as np
 
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.values import Pose2
 
-BORDER_GAP_M: Final = 0.1
-"""Gap between body and wall at a start at the borders, metres; chosen, as at the 22 starts."""
+BORDER_CLEARANCE_M: Final = 0.1
+"""Distance between body and wall at a start at the borders, as at the 22 starts. Chosen."""
+_CLEARANCE_M: Final = 0.05
+_MAX_STARTS: Final = 1_000_000
 
-_MAX_STARTS = 1_000_000
+
+@dataclass(frozen=True, kw_only=True)
+class RunSeeds:
+    """Independent seeds of the random parts of a run, derived from one number."""
+
+    simulator: int
+    controller: int
+    starts: int
+    training: int
+
+    @classmethod
+    def spawn(cls, seed: int) -> RunSeeds:
+        """Derive the seeds from the seed of the run."""
+        words = np.random.SeedSequence(seed).generate_state(4, dtype=np.uint32) >> 1
+        simulator, controller, starts, training = (int(word) for word in words)
+        return cls(simulator=simulator, controller=controller, starts=starts, training=training)
+
+
+def choose_starts(starts: Sequence[Pose2] | str, arena: Arena, seed: int) -> tuple[Pose2, ...]:
+    """Return the starts that `paper`, `random:N` or `border:N` stands for, or those given.
+
+    Args:
+        starts: Poses in `map`, or one of the three words.
+        arena: The arena.
+        seed: Seed of random starts.
+
+    Raises:
+        ConfigurationError: It is none of the words, or a given start is not on the free floor.
+    """
+    if not isinstance(starts, str):
+        return _on_free_floor(starts, arena)
+    if starts == 'paper':
+        return arena.starts
+    kind, _, number = starts.partition(':')
+    count = int(number) if number.isdecimal() else 0
+    if kind not in ('random', 'border') or not 0 < count <= _MAX_STARTS:
+        allowed = 'paper, random:N or border:N with N from 1 to 1000000'
+        raise ConfigurationError('starts', starts, allowed)
+    draw = random_starts if kind == 'random' else border_starts
+    return draw(arena, count, np.random.default_rng(seed))
+
+
+def _on_free_floor(starts: Sequence[Pose2], arena: Arena) -> tuple[Pose2, ...]:
+    for index, start in enumerate(starts):
+        if not (arena.is_free(start.x_m, start.y_m) and math.isfinite(start.heading_rad)):
+            raise ConfigurationError(f'starts[{index}]', start, 'a pose on the free floor')
+    if not starts:
+        raise ConfigurationError('starts', starts, 'at least one pose')
+    return tuple(starts)
+
+
+def random_starts(
+    arena: Arena, count: int, rng: np.random.Generator, *, clearance_m: float = _CLEARANCE_M
+) -> tuple[Pose2, ...]:
+    """Draw poses evenly over the free floor outside the goal region, with any heading.
+
+    Args:
+        arena: The arena.
+        count: How many.
+        rng: Source of randomness.
+        clearance_m: Distance kept between body and wall, metres.
+    """
+    inset_m = BODY_RADIUS_M + clearance_m
+    starts: list[Pose2] = []
+    while len(starts) < count:
+        x_m = rng.uniform(inset_m, arena.width_m - inset_m)
+        y_m = rng.uniform(inset_m, arena.length_m - inset_m)
+        heading_rad = rng.uniform(-math.pi, math.pi)
+        if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
+            starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+    return tuple(starts)
 
 
 def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[Pose2, ...]:
-    """Return poses drawn evenly along the four walls, outside the goal region, any heading.
+    """Draw poses evenly along the four walls, outside the goal region, with any heading.
 
     "The starting positions considered are 22 different points at the borders of the environment"
-    (section "The Simulation Phase"); these are any number of them.
+    (section "The Simulation Phase"); here their number is free.
 
     Args:
         arena: The arena.
         count: How many.
         rng: Source of randomness.
     """
-    from goalreach_msgs_py.arena import BODY_RADIUS_M
-
-    inset_m = BODY_RADIUS_M + BORDER_GAP_M
+    inset_m = BODY_RADIUS_M + BORDER_CLEARANCE_M
     width_m, length_m = arena.width_m - 2.0 * inset_m, arena.length_m - 2.0 * inset_m
     starts: list[Pose2] = []
     while len(starts) < count:
         along_m = rng.uniform(0.0, 2.0 * (width_m + length_m))
         heading_rad = rng.uniform(-math.pi, math.pi)
-        x_m, y_m = (inset_m + part_m for part_m in _on_rectangle(along_m, width_m, length_m))
+        x_m, y_m = (inset_m + offset for offset in _on_rectangle(along_m, width_m, length_m))
         if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
             starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     return tuple(starts)
@@ -58,69 +123,3 @@ def _on_rectangle(along_m: float, width_m: float, length_m: float) -> tuple[floa
     if along_m < 2.0 * width_m + length_m:
         return 2.0 * width_m + length_m - along_m, length_m
     return 0.0, 2.0 * (width_m + length_m) - along_m
-
-
-def starts_of(text: str, arena: Arena, seed: int) -> tuple[Pose2, ...]:
-    """Return the starts that `paper`, `random:N` or `border:N` stands for.
-
-    Args:
-        text: What a person wrote.
-        arena: The arena.
-        seed: Seed of the drawn ones.
-
-    Raises:
-        ConfigurationError: It is none of them.
-    """
-    import numpy as np
-
-    if text == 'paper':
-        return arena.starts
-    kind, _, number = text.partition(':')
-    count = int(number) if number.isdecimal() else 0
-    if kind not in ('random', 'border') or not 0 < count <= _MAX_STARTS:
-        allowed = 'paper, random:N or border:N with N from 1 to 1000000'
-        raise ConfigurationError('--starts', text, allowed)
-    draw = random_starts if kind == 'random' else border_starts
-    return draw(arena, count, np.random.default_rng(seed))
-
-
-_START_CLEARANCE_M = 0.05
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunSeeds:
-    """Independent seeds of the random parts of a run, all from one number."""
-
-    simulator: int
-    controller: int
-    starts: int
-    training: int
-
-    @classmethod
-    def spawn(cls, seed: int) -> RunSeeds:
-        """Derive the seeds from the run's one seed."""
-        words = np.random.SeedSequence(seed).generate_state(4, dtype=np.uint32) >> 1
-        simulator, controller, starts, training = (int(word) for word in words)
-        return cls(simulator=simulator, controller=controller, starts=starts, training=training)
-
-
-def random_starts(
-    arena: Arena, count: int, rng: np.random.Generator, *, clearance_m: float = _START_CLEARANCE_M
-) -> tuple[Pose2, ...]:
-    """Return poses drawn evenly over the free floor outside the goal region, any heading.
-
-    Args:
-        arena: The arena.
-        count: How many.
-        rng: Source of randomness.
-        clearance_m: Distance kept between body and wall.
-    """
-    inset_m = BODY_RADIUS_M + clearance_m
-    starts: list[Pose2] = []
-    while len(starts) < count:
-        x_m = rng.uniform(inset_m, arena.width_m - inset_m)
-        y_m = rng.uniform(inset_m, arena.length_m - inset_m)
-        heading_rad = rng.uniform(-math.pi, math.pi)
-        if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
-            starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
-    return tuple(starts)

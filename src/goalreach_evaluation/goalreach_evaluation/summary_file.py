@@ -1,16 +1,20 @@
-"""The summary of a run or an evaluation, as one JSON object."""
+"""The summary of a run or an evaluation, as one JSON object; and files of one object a line."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import contextlib
+from dataclasses import dataclass
 import json
 from pathlib import Path
 from typing import Any
 
-from goalreach_evaluation.path_metrics import PathResult
-from goalreach_msgs_py.errors import FileFormatError
+import numpy as np
+
+from goalreach_evaluation.path_metrics import OUTCOMES, PathResult
+from goalreach_msgs_py.errors import FileFormatError, one_line_repr
 from goalreach_msgs_py.files import write_text_atomically
+from goalreach_msgs_py.values import FloatArray
 
 
 def summarise(
@@ -28,11 +32,11 @@ def summarise(
     Args:
         results: The paths in the order driven.
         seed: Seed of the run.
-        mode: How the policy was driven.
-        policy: Where the policy came from: a file, or 'learned'.
-        sim_time_s: Simulated seconds.
-        wall_time_s: Seconds on the wall clock.
-        config: The configuration used, JSON-ready.
+        mode: How the heading was chosen.
+        policy: Origin of the policy: a file, 'learned' or 'in memory'.
+        sim_time_s: Simulated time, seconds.
+        wall_time_s: Time on the wall clock, seconds.
+        config: The configuration, JSON-ready.
     """
     goals = sum(result.outcome == 'goal' for result in results)
     return {
@@ -57,8 +61,97 @@ def write_summary(path: str | Path, summary: Mapping[str, Any]) -> None:
     write_text_atomically(path, json.dumps(summary, indent=1) + '\n')
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordedPath:
+    """One driven path of a summary.
+
+    Attributes:
+        points_m: True positions (n, 2) in `map`, metres.
+        outcome: One of `OUTCOMES`, judged by the true position.
+    """
+
+    points_m: FloatArray
+    outcome: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordedRun:
+    """The part of a summary that figures are drawn from.
+
+    Attributes:
+        mode: How the heading was chosen.
+        paths: The paths that have a trace.
+        origin: Noise and seed, for a caption; empty if the summary lacks them.
+    """
+
+    mode: str
+    paths: tuple[RecordedPath, ...]
+    origin: str = ''
+
+
+def read_recorded_run(path: Path | str) -> RecordedRun:
+    """Read the traced paths of a file written by `evaluate --json` or `run --summary`.
+
+    Raises:
+        FileFormatError: The file cannot be read, is not such a file, or has no traced path.
+    """
+    try:
+        document = json.loads(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(path, f'is not JSON: {error}') from None
+    return recorded_run(document, path)
+
+
+def recorded_run(document: object, name: object = 'summary') -> RecordedRun:
+    """Return the traced paths of a summary.
+
+    Args:
+        document: A summary as JSON-ready values.
+        name: Its file, for messages.
+
+    Raises:
+        FileFormatError: It is not a summary, or has no traced path.
+    """
+    if not isinstance(document, dict) or not isinstance(document.get('paths'), list):
+        raise FileFormatError(name, 'paths is missing: must be a list of paths')
+    paths = [_path(name, f'paths[{k}]', entry) for k, entry in enumerate(document['paths'])]
+    traced = tuple(path for path in paths if path is not None)
+    if not traced:
+        raise FileFormatError(name, 'paths: none has a trace to draw')
+    return RecordedRun(mode=str(document.get('mode', '')), paths=traced, origin=_origin(document))
+
+
+def _origin(document: Mapping[str, Any]) -> str:
+    config = document.get('config')
+    noise = config.get('noise') if isinstance(config, dict) else None
+    words = [f'{noise} noise'] if isinstance(noise, str) else []
+    seed = document.get('seed')
+    return ', '.join([*words, f'seed {seed}'] if isinstance(seed, int) else words)
+
+
+def _path(name: object, place: str, entry: object) -> RecordedPath | None:
+    if not isinstance(entry, dict):
+        raise FileFormatError(name, f'{place} = {one_line_repr(entry)}: must be an object')
+    outcome = entry.get('outcome')
+    if outcome not in OUTCOMES:
+        given = one_line_repr(outcome)
+        reason = f'{place}.outcome = {given}: must be one of {", ".join(OUTCOMES)}'
+        raise FileFormatError(name, reason)
+    if not entry.get('trace'):
+        return None
+    try:
+        points_m = np.array(entry['trace'], dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        points_m = np.empty(0)
+    if points_m.ndim != 2 or points_m.shape[1] != 2 or not np.isfinite(points_m).all():  # noqa: PLR2004
+        raise FileFormatError(name, f'{place}.trace: must be a list of [x_m, y_m]')
+    return RecordedPath(points_m=points_m, outcome=outcome)
+
+
 def append_line(path: Path, values: Mapping[str, object]) -> None:
-    """Append values to a file as one line of JSON.
+    """Append an object to a file as one line of JSON.
 
     Raises:
         FileFormatError: It cannot be written.
@@ -72,7 +165,7 @@ def append_line(path: Path, values: Mapping[str, object]) -> None:
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Return the lines of such a file; none where it is not there, whole ones only."""
+    """Read the objects of such a file; skip lines that are not whole. No file, no objects."""
     lines = []
     if path.exists():
         for line in path.read_text(encoding='utf-8', errors='replace').splitlines():

@@ -14,7 +14,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from goalreach_evaluation.sessions import EvaluationPlan, evaluate
+from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import RunSeeds, random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
@@ -75,7 +75,7 @@ def drive_case(case: SweepCase) -> dict[str, Any]:
         starts=starts,
         seed=seeds.simulator,
     )
-    sessions = evaluate(plan)
+    sessions = drive_sessions(plan)
     paths = [path for session in sessions for path in session.paths]
     return {
         **case.key,

@@ -4,7 +4,6 @@ from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
-from goalreach_evaluation.figures.evaluation_file import RecordedPath
 from goalreach_evaluation.figures.figure_file import write_figure
 from goalreach_evaluation.figures.policy_figures import (
     blended_paths,
@@ -17,6 +16,7 @@ from goalreach_evaluation.figures.region_figures import (
     state_space,
     transition_areas,
 )
+from goalreach_evaluation.summary_file import RecordedPath
 from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena

@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
-import time
-from typing import TYPE_CHECKING
 
 from goalreach_bringup.launch.options import MODES
 from goalreach_evaluation.choices import add_arena_option
-from goalreach_msgs_py.errors import ConfigurationError
-
-if TYPE_CHECKING:
-    from goalreach_evaluation.sessions import EvaluationPlan, SessionResult
-
 
 SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
 
@@ -45,64 +37,31 @@ def execute(options: argparse.Namespace) -> int:
     Raises:
         GoalreachError: An option or a file is refused.
     """
-    from goalreach_evaluation.path_metrics import PathTally
-    from goalreach_evaluation.sessions import evaluate
-    from goalreach_evaluation.summary_file import summarise, write_summary
+    from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.terminal import progress_bar, show_paths_table
     from goalreach_msgs_py.files import require_writable
 
     if options.json:
         require_writable(options.json)
-    plan = _plan(options)
-    began_s = time.perf_counter()
-    with progress_bar('driving', total=len(plan.starts), quiet=options.quiet) as advance:
-        sessions = evaluate(plan, jobs=options.jobs, progress=advance)
-    wall_time_s = time.perf_counter() - began_s
-    paths = [path for session in sessions for path in session.paths]
-    tally = PathTally.of(paths)
-    sim_time_s = tally.spreads['duration_s'].total
-    if options.json:
-        summary = summarise(
-            paths,
-            seed=options.seed,
-            mode=options.mode,
-            policy=str(options.policy or 'learned'),
-            sim_time_s=sim_time_s,
-            wall_time_s=wall_time_s,
-            config=_config(options, sessions),
-        )
-        write_summary(options.json, summary)
-    if not options.quiet:
-        show_paths_table(tally, mode=options.mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
-    return 0 if tally.goals == tally.paths else 1
-
-
-def _plan(options: argparse.Namespace) -> EvaluationPlan:
-    from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
-    from goalreach_evaluation.sessions import EvaluationPlan
-    from goalreach_evaluation.starts import RunSeeds, starts_of
-    from goalreach_learning.controller_config import ControllerConfig
-
-    if options.seed < 0:
-        raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
-    if options.jobs < 1:
-        raise ConfigurationError('--jobs', options.jobs, 'a whole number >= 1')
-    arena = choose_arena(options.arena)
-    seeds = RunSeeds.spawn(options.seed)
-    return EvaluationPlan(
-        arena=arena,
-        noise=choose_noise(options.noise),
-        policy=choose_policy(options.policy, arena, seeds.training),
-        controller=ControllerConfig(mode=options.mode),
-        starts=starts_of(options.starts, arena, seeds.starts),
-        seed=seeds.simulator,
+    request = EvaluationRequest(
+        policy=options.policy,
+        arena=options.arena,
+        starts=options.starts,
+        noise=options.noise,
+        mode=options.mode,
+        seed=options.seed,
     )
-
-
-def _config(options: argparse.Namespace, sessions: Sequence[SessionResult]) -> dict[str, object]:
-    return {
-        'arena': options.arena,
-        'noise': options.noise,
-        'starts': options.starts,
-        'frames': sum(session.frames for session in sessions),
-    }
+    paths = len(request.plan.starts)
+    with progress_bar('driving', total=paths, quiet=options.quiet) as advance:
+        evaluation = evaluate(request, jobs=options.jobs, progress=advance)
+    if options.json:
+        evaluation.write(options.json)
+    tally = evaluation.tally
+    if not options.quiet:
+        show_paths_table(
+            tally,
+            mode=options.mode,
+            sim_time_s=tally.spreads['duration_s'].total,
+            wall_time_s=evaluation.wall_time_s,
+        )
+    return 0 if tally.goals == tally.paths else 1

@@ -1,1 +1,1 @@
-"""The figures of the paper."""
+"""The figures of the paper. Modules in here import matplotlib."""

@@ -1,4 +1,4 @@
-"""Axes that show the arena: inches as in the paper, metres beside."""
+"""Axes of the arena, in inches as in the paper and in metres."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def arena_figure(arena: Arena, title: str) -> tuple[Figure, Axes]:
     The goal wall (y = 0) is at the bottom.
 
     Args:
-        arena: What to draw.
-        title: Title above it.
+        arena: The arena.
+        title: Title.
     """
     figure = Figure(figsize=_SIZE_IN, layout='constrained')
     axes = figure.add_subplot()
@@ -79,11 +79,11 @@ def _set_ticks(axes: Axes, width: float, length: float) -> None:
 
 
 def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
-    """Add metres beside the inches, at the top and at the right.
+    """Add scales in metres at the top and at the right.
 
     Args:
         axes: Axes in inches.
-        y_too: Whether the y axis is a length as well.
+        y_too: Whether the y axis is a length too.
     """
     functions = (lambda value: value * INCH_M, lambda value: value / INCH_M)
     top = axes.secondary_xaxis('top', functions=functions)
@@ -103,11 +103,11 @@ def _draw_goal(axes: Axes, arena: Arena) -> None:
 
 
 def add_legend(axes: Axes, *handles: Artist) -> None:
-    """Add a legend below the axes: what is given, then the goal region and the LEDs.
+    """Add a legend below the axes: the given artists, the goal region and the LEDs.
 
     Args:
         axes: Axes of `arena_figure`.
-        handles: Labelled artists that come first.
+        handles: Labelled artists.
     """
     always = (Patch(label='goal region', **_GOAL), Line2D([], [], label='LED', **_LED))
     legend = axes.legend(
@@ -122,7 +122,7 @@ def add_legend(axes: Axes, *handles: Artist) -> None:
 
 
 def draw_borders(axes: Axes, arena: Arena) -> None:
-    """Draw the borders between the regions as dotted lines, as the paper does."""
+    """Draw the borders between the regions as dotted lines, as in the paper."""
     regions = arena.regions
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)
     for x in regions.x_borders_m[1:3]:

@@ -1,4 +1,4 @@
-"""Figures as files: SVG and PNG, the same bytes for the same data."""
+"""Figures and animations as files; the same data gives the same bytes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from goalreach_evaluation.figures.path_animation import FRAMES_PER_S, Animation
 from goalreach_msgs_py.files import make_folder, write_bytes_atomically
 
-_PNG_DPI = 160
+_PNG_DPI, _GIF_DPI = 160, 80
 _METADATA: Any = {'svg': {'Date': None}, 'png': {'Software': None}}
 _SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
 
@@ -26,10 +26,10 @@ def write_figure(
     """Write a figure as `NAME.svg`, `NAME.png` or both.
 
     Args:
-        figure: What to write.
-        folder: Where; made if it is not there.
+        figure: The figure.
+        folder: Folder, made if it does not exist.
         name: Name without ending.
-        endings: Which of the two.
+        endings: 'svg', 'png' or both.
 
     Returns:
         The files.
@@ -48,15 +48,12 @@ def write_figure(
     return tuple(files)
 
 
-_DPI = 80
-
-
 def write_animation(animation: Animation, folder: Path, name: str) -> Path:
     """Write an animation as `NAME.gif`.
 
     Args:
-        animation: What to write.
-        folder: Where; made if it is not there.
+        animation: The animation.
+        folder: Folder, made if it does not exist.
         name: Name without ending.
 
     Returns:
@@ -69,6 +66,6 @@ def write_animation(animation: Animation, folder: Path, name: str) -> Path:
     path = folder / f'{name}.gif'
     with tempfile.TemporaryDirectory() as scratch, rc_context({'font.family': 'DejaVu Sans'}):
         drawn = Path(scratch) / path.name
-        animation.frames.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_DPI)
+        animation.frames.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_GIF_DPI)
         write_bytes_atomically(path, drawn.read_bytes())
     return path

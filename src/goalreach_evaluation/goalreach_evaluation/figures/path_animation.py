@@ -1,4 +1,4 @@
-"""Paths as a short animation: the robot's body moving over the regions, its trail behind it."""
+"""Paths as a short animation: the robot's body and its trail over the regions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from goalreach_msgs_py.values import FloatArray
 FRAMES_PER_S: Final = 12
 _FRAMES: Final = 48
 _HELD: Final = 12
-"""Frames that show the end before it begins again: one second."""
+"""Frames that show the end before the loop starts again: one second."""
 _STYLES: Final[tuple[dict[str, Any], ...]] = (
     {'color': BLUE, 'linestyle': '-'},
     {'color': VERMILION, 'linestyle': '--'},
@@ -53,11 +53,11 @@ class Course:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Animation:
-    """An animation with its figure, which must live as long.
+    """An animation with its figure, which must not be collected before it.
 
     Attributes:
-        figure: The figure drawn on.
-        frames: What changes it.
+        figure: The figure.
+        frames: The changes from frame to frame.
     """
 
     figure: Figure
@@ -65,11 +65,11 @@ class Animation:
 
 
 def at_constant_speed(points_m: FloatArray, longest_m: float, frames: int) -> FloatArray:
-    """Return where a robot of constant speed is in each frame; at its end it stands.
+    """Return the positions of a robot of constant speed; it stands once it has arrived.
 
     Args:
         points_m: The path (n, 2), metres, straight between its points.
-        longest_m: Length that is driven in all frames.
+        longest_m: Length driven over all frames.
         frames: Number of frames, at least 2.
 
     Returns:
@@ -86,9 +86,9 @@ def animate(arena: Arena, courses: Sequence[Course], title: str) -> Animation:
     """Return the animation of up to two paths driven at the same speed.
 
     Args:
-        arena: What they were driven in.
+        arena: The arena.
         courses: The paths.
-        title: Title above.
+        title: Title.
     """
     figure, axes = arena_figure(arena, title)
     draw_borders(axes, arena)
@@ -103,7 +103,7 @@ def animate(arena: Arena, courses: Sequence[Course], title: str) -> Animation:
     add_legend(axes, *handles)
 
     figure.draw_without_rendering()
-    figure.set_layout_engine('none')  # laid out once: it costs more than all the drawing
+    figure.set_layout_engine('none')  # laid out once: layout costs more than drawing
 
     def draw(frame: int) -> list[Artist]:
         shown = min(frame, _FRAMES - 1)

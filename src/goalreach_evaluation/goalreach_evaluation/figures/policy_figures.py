@@ -1,4 +1,4 @@
-"""Figures 2, 3, 6 and 7: optimal actions and the paths they lead along."""
+"""Figures 2, 3, 6 and 7: optimal actions, and paths driven by them."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from goalreach_evaluation.figures.arena_axes import (
     draw_borders,
     region_centre_in,
 )
-from goalreach_evaluation.figures.evaluation_file import RecordedPath
+from goalreach_evaluation.summary_file import RecordedPath
 from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.regions import RegionMap, memberships
+from goalreach_msgs_py.regions import memberships
 from goalreach_msgs_py.values import FloatArray, Pose2
 
 _ARROW_IN = 26.0
@@ -53,7 +53,7 @@ def optimal_actions(arena: Arena, policy: Policy) -> Figure:
 
 
 def crisp_paths(arena: Arena, policy: Policy) -> Figure:
-    """Return Fig. 3, "Simulated paths": the optimal actions one after the other."""
+    """Return Fig. 3, "Simulated paths": one optimal action after another."""
     figure, axes = arena_figure(arena, 'Paths of the optimal actions (crisp, kinematic)')
     draw_borders(axes, arena)
     tracks = [crisp_track(arena, policy, start) for start in arena.starts]
@@ -66,43 +66,34 @@ def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
     figure, axes = arena_figure(arena, f'Paths of the blended actions ({mode}, kinematic)')
     draw_borders(axes, arena)
 
-    def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return _fuzzy_state(policy.regions, x_m, y_m)
-
-    tracks = [
-        blended_track(arena, policy, start, mode=mode, memberships=fuzzy_state)
-        for start in arena.starts
-    ]
+    tracks = [_blended(arena, policy, start, mode) for start in arena.starts]
     _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
     return figure
 
 
 def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
     """Return the fuzzy and the crisp track from the start whose fuzzy track is longest."""
+    tracks = {start: _blended(arena, policy, start, 'fuzzy') for start in arena.starts}
+    start, longest = max(tracks.items(), key=lambda item: item[1].length_m)
+    return {'fuzzy': longest, 'crisp': crisp_track(arena, policy, start)}
+
+
+def _blended(arena: Arena, policy: Policy, start: Pose2, mode: str) -> Track:
+    regions = policy.regions
 
     def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return _fuzzy_state(policy.regions, x_m, y_m)
+        return memberships(x_m, regions.x_knots_m), memberships(y_m, regions.y_knots_m)
 
-    def fuzzy(start: Pose2) -> Track:
-        return blended_track(arena, policy, start, mode='fuzzy', memberships=fuzzy_state)
-
-    start = max(arena.starts, key=lambda pose: fuzzy(pose).length_m)
-    return {'fuzzy': fuzzy(start), 'crisp': crisp_track(arena, policy, start)}
-
-
-def _fuzzy_state(
-    regions: RegionMap, x_m: float, y_m: float
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    return memberships(x_m, regions.x_knots_m), memberships(y_m, regions.y_knots_m)
+    return blended_track(arena, policy, start, mode=mode, memberships=fuzzy_state)
 
 
 def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Figure:
-    """Return Fig. 7: true paths driven with the whole chain of sensors in the loop.
+    """Return Fig. 7: true paths driven with images, localizer and state in the loop.
 
     Args:
-        arena: The arena driven in.
-        paths: What an evaluation recorded.
-        mode: How the policy was driven.
+        arena: The arena.
+        paths: Paths of a recorded run.
+        mode: How the heading was chosen.
     """
     figure, axes = arena_figure(arena, f'Paths with the full sensor chain ({mode})')
     draw_borders(axes, arena)
@@ -111,7 +102,7 @@ def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Fi
 
 
 def _draw_paths(axes: Axes, paths: Sequence[tuple[FloatArray, str]]) -> None:
-    """Draw paths with a dot at the start and a mark at the end that tells the outcome."""
+    """Draw paths with a dot at the start and a mark of the outcome at the end."""
     for points_m, outcome in paths:
         points = np.asarray(points_m) / INCH_M
         reached = outcome == _GOAL
@@ -128,6 +119,6 @@ def _draw_paths(axes: Axes, paths: Sequence[tuple[FloatArray, str]]) -> None:
         Line2D([], [], color=BLUE, marker='.', ms=7, label=goal),
     ]
     if goals < len(paths):
-        lost: dict[str, Any] = {'color': VERMILION, 'marker': 'X', 'linestyle': '--'}
-        handles.append(Line2D([], [], label='goal not reached', **lost))
+        failed: dict[str, Any] = {'color': VERMILION, 'marker': 'X', 'linestyle': '--'}
+        handles.append(Line2D([], [], label='goal not reached', **failed))
     add_legend(axes, *handles)

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from goalreach_evaluation.figures.evaluation_file import read_evaluation
+from goalreach_evaluation.summary_file import read_recorded_run
 from goalreach_msgs_py.errors import FileFormatError
 
 
@@ -19,7 +19,7 @@ def test_reads_the_traced_paths(tmp_path: Path) -> None:
         {'outcome': 'timeout', 'trace': [[1, 2], [3, 4]]},
         {'outcome': 'goal'},
     ]
-    found = read_evaluation(write(tmp_path, {'mode': 'crisp', 'paths': paths}))
+    found = read_recorded_run(write(tmp_path, {'mode': 'crisp', 'paths': paths}))
     assert found.mode == 'crisp'
     assert [path.outcome for path in found.paths] == ['timeout']
     assert found.paths[0].points_m.tolist() == [[1.0, 2.0], [3.0, 4.0]]
@@ -40,12 +40,12 @@ def test_reads_the_traced_paths(tmp_path: Path) -> None:
 )
 def test_refuses_a_defect(document: Any, line: str, tmp_path: Path) -> None:  # noqa: ANN401 - JSON
     with pytest.raises(FileFormatError, match=r'e\.json: ' + line):
-        read_evaluation(write(tmp_path, document))
+        read_recorded_run(write(tmp_path, document))
 
 
 def test_refuses_what_is_not_there_or_no_json(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match='No such file'):
-        read_evaluation(tmp_path / 'none.json')
+        read_recorded_run(tmp_path / 'none.json')
     (tmp_path / 'bad.json').write_text('{')
     with pytest.raises(FileFormatError, match='is not JSON'):
-        read_evaluation(tmp_path / 'bad.json')
+        read_recorded_run(tmp_path / 'bad.json')

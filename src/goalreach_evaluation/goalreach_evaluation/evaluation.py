@@ -1,0 +1,153 @@
+"""An evaluation from start to finish: the request, the drives, the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+import time
+from typing import Any
+
+from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
+from goalreach_evaluation.path_metrics import PathResult, PathTally
+from goalreach_evaluation.sessions import EvaluationPlan, SessionResult, drive_sessions
+from goalreach_evaluation.starts import RunSeeds, choose_starts
+from goalreach_evaluation.summary_file import summarise, write_summary
+from goalreach_learning.controller_config import ControllerConfig
+from goalreach_learning.policy import Policy
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import Pose2
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluationRequest:
+    """What to evaluate, by name, by file or as objects.
+
+    Attributes:
+        policy: Policy or its file; None to learn one first.
+        arena: Name, file or object.
+        starts: 'paper', 'random:N', 'border:N' or poses in `map`.
+        noise: Name of a preset, file or object.
+        mode: How the heading is chosen: one of `blending.MODES`.
+        seed: Seed of every random draw.
+    """
+
+    policy: Policy | Path | str | None = None
+    arena: Arena | Path | str = 'paper'
+    starts: Sequence[Pose2] | str = 'paper'
+    noise: NoiseModel | Path | str = 'nominal'
+    mode: str = 'fuzzy'
+    seed: int = 0
+
+    @cached_property
+    def plan(self) -> EvaluationPlan:
+        """The request with names resolved, files read, and a policy learned if none is given.
+
+        Raises:
+            GoalreachError: A value or a file is refused.
+        """
+        if self.seed < 0:
+            raise ConfigurationError('seed', self.seed, 'a whole number >= 0')
+        arena = choose_arena(self.arena)
+        seeds = RunSeeds.spawn(self.seed)
+        return EvaluationPlan(
+            arena=arena,
+            noise=choose_noise(self.noise),
+            policy=choose_policy(self.policy, arena, seeds.training),
+            controller=ControllerConfig(mode=self.mode),
+            starts=choose_starts(self.starts, arena, seeds.starts),
+            seed=seeds.simulator,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """The driven paths of an evaluation.
+
+    Attributes:
+        request: What was evaluated.
+        sessions: Results of the sessions, in order.
+        wall_time_s: Time it took, seconds.
+    """
+
+    request: EvaluationRequest
+    sessions: Sequence[SessionResult]
+    wall_time_s: float
+
+    @property
+    def paths(self) -> list[PathResult]:
+        """The paths in the order of their starts."""
+        return [path for session in self.sessions for path in session.paths]
+
+    @property
+    def tally(self) -> PathTally:
+        """Counts and means over the paths."""
+        return PathTally.of(self.paths)
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the paths that reached the goal, judged by the true position."""
+        return self.tally.goals / len(self.paths)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary that `goalreach evaluate --json` writes."""
+        request = self.request
+        return summarise(
+            self.paths,
+            seed=request.seed,
+            mode=request.mode,
+            policy=_label(request.policy),
+            sim_time_s=self.tally.spreads['duration_s'].total,
+            wall_time_s=self.wall_time_s,
+            config={
+                'arena': _label(request.arena),
+                'noise': _label(request.noise),
+                'starts': _label(request.starts),
+                'frames': sum(session.frames for session in self.sessions),
+            },
+        )
+
+    def write(self, path: Path | str) -> None:
+        """Write the summary as JSON.
+
+        Raises:
+            FileFormatError: The file cannot be written.
+        """
+        write_summary(path, self.to_json())
+
+
+def _label(value: object) -> str:
+    """Return how the summary names a part of a request."""
+    if value is None:
+        return 'learned'
+    if isinstance(value, Arena):
+        return value.name
+    return str(value) if isinstance(value, (str, Path)) else 'in memory'
+
+
+def evaluate(
+    request: EvaluationRequest,
+    *,
+    jobs: int = 1,
+    progress: Callable[[int], None] = lambda _: None,
+) -> Evaluation:
+    """Drive every path of a request.
+
+    Args:
+        request: What to evaluate.
+        jobs: Number of processes; the result is the same for any number.
+        progress: Called with the number of paths that each finished session adds.
+
+    Raises:
+        GoalreachError: A value or a file is refused.
+    """
+    if jobs < 1:
+        raise ConfigurationError('jobs', jobs, 'a whole number >= 1')
+    plan = request.plan
+    began_s = time.perf_counter()
+    sessions = drive_sessions(plan, jobs=jobs, progress=progress)
+    wall_time_s = time.perf_counter() - began_s
+    return Evaluation(request=request, sessions=sessions, wall_time_s=wall_time_s)
