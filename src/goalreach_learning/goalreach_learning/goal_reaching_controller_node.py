@@ -18,12 +18,12 @@ from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.mission import MissionConfig, PathOrder
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
-from goalreach_learning.ros.judge_wait import JudgeWait
-from goalreach_learning.ros.placement import RobotPlacement
+from goalreach_learning.ros.placement import ConditionWait, RobotPlacement
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.regions import RegionConfig, region_name
+from goalreach_msgs_py.ros.acknowledgement import is_subscribed
 from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.ros.input_watch import InputReporter
 from goalreach_msgs_py.ros.learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
@@ -73,7 +73,11 @@ class GoalReachingControllerNode(Node):
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
         self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, DEEP_QOS)
-        self._judge = JudgeWait(self, self._transitions, self._mission.judge)
+        self._consumer = ConditionWait(
+            self,
+            self._consumer_is_subscribed,
+            f'the first path waits for {self._mission.consumer} to subscribe to {TRANSITION}',
+        )
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
         self._q_table.publish(q_table_to_msg(self._controller.policy.q))
@@ -94,6 +98,11 @@ class GoalReachingControllerNode(Node):
             return Policy.unlearned(regions)
         self.get_logger().info('no policy given: learning one')
         return train(Arena(), rng=rng).policy
+
+    def _consumer_is_subscribed(self) -> bool:
+        """Return whether no transition can be lost any more."""
+        consumer = self._mission.consumer
+        return not consumer or is_subscribed(self, consumer, self._transitions)
 
     def _keep(self, path: int) -> None:
         """Write what has been learned, so that nothing of a finished path is lost."""
@@ -143,7 +152,7 @@ class GoalReachingControllerNode(Node):
             return
         if not self._driving:
             self._busy = True
-            self._judge.when_listening(lambda: self._begin_next_path(stamp_ns))
+            self._consumer.run(lambda: self._begin_next_path(stamp_ns))
             return
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
         self._report(stamp_ns, state)

@@ -33,8 +33,9 @@ class MissionConfig:
     resume: bool = parameter(
         False, 'Drive the first path from wherever the robot stands: it was placed already'
     )
-    judge: str = parameter(
-        '', 'Node that must listen to the transitions before the first path begins; empty: none'
+    consumer: str = parameter(
+        '',
+        'Node that must miss no transition: the first path waits until it subscribes; empty: none',
     )
     seed: int = parameter(
         0, 'Seed of action selection while learning', minimum=0, maximum=2**31 - 1

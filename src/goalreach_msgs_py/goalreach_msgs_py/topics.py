@@ -22,8 +22,6 @@ TRANSITION: Final = '/q_learning/transition'
 Q_TABLE: Final = '/q_learning/q_table'
 PATH: Final = '/path'
 DIAGNOSTICS: Final = '/diagnostics'
-RECORDED: Final = '/_recorded'
-JUDGED: Final = '/_judged'
 
 RESET_SERVICE: Final = '/nomad200/reset'
 PAUSE_SERVICE: Final = '/nomad200/pause'
@@ -34,6 +32,11 @@ BASE_FRAME: Final = 'base_link'
 BUMPER_FRAME: Final = 'bumper_link'
 CAMERA_FRAME: Final = 'camera_optical_frame'
 HEAD_JOINTS: Final = ('turret_joint', 'pan_joint', 'tilt_joint')
+
+
+def acknowledgement_topic(consumer: str) -> str:
+    """Return where a consumer, by its node's name, acknowledges the ticks it has handled."""
+    return f'/_acknowledged/{consumer}'
 
 
 def glimpse_topic(node: str) -> str:
@@ -62,3 +65,4 @@ NODES: Final = (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
 
 
 MONITOR: Final = 'run_monitor'
+RECORDER: Final = 'recorder'

@@ -42,8 +42,8 @@ class Nomad200Node(Node):
     `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
     `/diagnostics`, `/_glimpse/nomad200` and its `image` (see `Glimpse`), and `/tf`, `/tf_static`
     where tf2_msgs is installed.
-    Subscribes: `/cmd_vel`, `/head/command`, and in lockstep `/_recorded` of a recorder
-    and `/_judged` of whoever judges the run.
+    Subscribes: `/cmd_vel`, `/head/command`, and of each of the parameter `consumers` the
+    acknowledgements (see `AcknowledgementGate`).
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
     `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
@@ -90,18 +90,18 @@ class Nomad200Node(Node):
             self._lockstep = LockstepClock(
                 self,
                 timeout_s=timing.answer_timeout_s,
-                recorded=timing.recorded,
-                judged=timing.judged,
+                consumers=timing.consumer_names,
+                period_ns=self._simulator.period_ns,
                 tick=self._tick,
                 repeat=self._repeat,
             )
         else:
             self._realtime = RealtimeClock(
                 self,
-                period_s=period_s,
+                period_ns=self._simulator.period_ns,
                 speed=timing.speed,
                 tick=self._tick,
-                recorded=timing.recorded,
+                consumers=timing.consumer_names,
             )
 
     def _tick(self) -> int:

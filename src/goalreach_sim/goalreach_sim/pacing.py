@@ -99,16 +99,17 @@ class TimeConfig:
         minimum=0.1,
         maximum=3600.0,
     )
-    recorded: bool = parameter(
-        False,
-        'Whether a recorder belongs to the run: the first tick waits for it, and each in lockstep',
-    )
-
-    judged: bool = parameter(
-        False,
-        'Whether somebody judges the run: in lockstep it is never far ahead of who does',
+    consumers: str = parameter(
+        '',
+        'Nodes that must miss no tick, separated by commas: the first tick waits until each has '
+        'registered, and in lockstep none comes while one of them is too far behind',
     )
 
     def __post_init__(self) -> None:
         """Check every field."""
         check_fields(self)
+
+    @property
+    def consumer_names(self) -> tuple[str, ...]:
+        """The names in `consumers`."""
+        return tuple(filter(None, (name.strip() for name in self.consumers.split(','))))

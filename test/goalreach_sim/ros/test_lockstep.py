@@ -11,9 +11,8 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import CameraInfo, Image, JointState
-from std_msgs.msg import Header
 
-from goalreach_msgs_py.ros.common_messages import stamp_to_msg
+from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
 import graphs
 from ros_robot import LIMIT_S, RobotGraph, node_process, robot_graph
@@ -40,7 +39,8 @@ def lockstep(home: Path, **parameters: object) -> Iterator[RobotGraph]:
             node.create_subscription(message_type, topic, lambda _: None, SENSOR_QOS)
         node.create_publisher(PoseWithCovarianceStamped, '/pose', RELIABLE_QOS)
         node.create_publisher(DiagnosticArray, '/state', RELIABLE_QOS)
-        robot.wait(lambda: bool(robot.clock_ns))
+        if 'consumers' not in parameters:
+            robot.wait(lambda: bool(robot.clock_ns))
         yield robot
 
 
@@ -107,21 +107,25 @@ def test_names_the_nodes_that_never_came(tmp_path: Path) -> None:
         assert not robot.clock_ns
 
 
-def test_it_is_never_far_ahead_of_its_judge(tmp_path: Path) -> None:
-    with lockstep(tmp_path, judged=True, answer_timeout_s=1.0) as robot:
-        judge = robot.node.create_publisher(Header, '/_judged', RELIABLE_QOS)
-        for _ in range(99):
+def test_it_is_never_further_ahead_of_a_consumer_than_its_window(tmp_path: Path) -> None:
+    with lockstep(tmp_path, consumers='onlooker', answer_timeout_s=1.0) as robot:
+        robot.wait(lambda: 'lockstep waits for onlooker' in robot.log)
+        assert not robot.clock_ns
+        acknowledger = Acknowledger(robot.node, window_ticks=20)
+        robot.wait(lambda: bool(robot.clock_ns))
+        for _ in range(19):
             answer(robot)
         stamp_ns = robot.clock_ns[-1]
         robot.drive(0.0, 0.0, stamp_ns)
         robot.turn_head(stamp_ns)
-        robot.wait(lambda: 'the judge did not answer on /_judged' in robot.log)
+        robot.wait(lambda: 'onlooker did not answer on /_acknowledged/onlooker' in robot.log)
         assert robot.clock_ns[-1] == stamp_ns
-        judge.publish(Header(stamp=stamp_to_msg(stamp_ns - 90 * PERIOD_NS)))
+        acknowledger.acknowledge(stamp_ns - 18 * PERIOD_NS)
         robot.wait(lambda: robot.clock_ns[-1] > stamp_ns)
-        robot.node.destroy_publisher(judge)
-        robot.wait(lambda: 'the judge has gone; the run goes on without it' in robot.log)
-        for _ in range(110):
+        answer(robot)
+        acknowledger.destroy()
+        robot.wait(lambda: 'onlooker has ended; the run goes on without it' in robot.log)
+        for _ in range(30):
             answer(robot)
 
 

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from functools import partial
 import os
 import time
-from typing import Any, Final
+from typing import Final
 
 import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.status import Status
-from std_msgs.msg import Header
 
 from goalreach_bags.decode import Canonical, stamp_of
 from goalreach_bags.recording import (
@@ -27,52 +26,10 @@ from goalreach_bags.ros.channels import Arrival, Channels
 from goalreach_bags.tick_order import TickOrder
 from goalreach_bags.topic import BagStoppedError
 from goalreach_bags.writer import BagWriter
-from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
 from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
-from goalreach_msgs_py.topics import CLOCK, RECORDED
-
-
-class RecordedTopic:
-    """Publisher of `/_recorded`; that it exists says that the recorder is there.
-
-    Args:
-        node: The recorder.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._publisher: Any = None
-        self._confirmed_ns: int | None = None
-        self._ended = False
-
-    @property
-    def announced(self) -> bool:
-        """Whether the run has been told."""
-        return self._publisher is not None
-
-    def announce(self) -> None:
-        """Tell the run that the recorder is there."""
-        self._publisher = self._node.create_publisher(Header, RECORDED, RELIABLE_QOS)
-
-    def confirm(self, stamp_ns: int, *, again: bool) -> None:
-        """Say that a tick has been received whole.
-
-        Args:
-            stamp_ns: The tick.
-            again: Whether to repeat what was said before: the run seems not to have heard it.
-        """
-        if self._publisher is None or self._ended:
-            return
-        if stamp_ns != self._confirmed_ns or again:
-            self._confirmed_ns = stamp_ns
-            self._publisher.publish(header(stamp_ns, ''))
-
-    def end(self) -> None:
-        """Say nothing more: a run in lockstep then stands still after its present tick."""
-        self._ended = True
-
+from goalreach_msgs_py.topics import CLOCK, RECORDER
 
 _LOCKSTEP_POLL_S: Final = 0.001
 _POLL_S: Final = 0.004
@@ -92,7 +49,7 @@ class Recorder(Node):
     """Records until it is told to stop.
 
     Subscribes: the selected topics, unparsed. Publishes, where it belongs to a run:
-    `/_recorded`, the stamp of each tick that is safe.
+    acknowledgements of the ticks received whole (see `Acknowledger`).
 
     Args:
         options: What to record, where and how.
@@ -100,7 +57,7 @@ class Recorder(Node):
 
     def __init__(self, options: RecordOptions) -> None:
         """Make the bag."""
-        super().__init__('recorder', start_parameter_services=False, enable_rosout=False)
+        super().__init__(RECORDER, start_parameter_services=False, enable_rosout=False)
         self._options = options
         self._writer = BagWriter(options.path, options.storage)
         if options.parameters:
@@ -112,7 +69,9 @@ class Recorder(Node):
         self._sim_time = options.with_run is not None or options.sim_time
         self._held: list[Arrival] = []
         self._order = TickOrder(TICK_TOPICS) if options.with_run == 'lockstep' else None
-        self._recorded = RecordedTopic(self) if options.with_run else None
+        self._acknowledger: Acknowledger | None = None
+        self._acknowledged_ns: int | None = None
+        self._draining = False
         self._canonical = Canonical()
         self._stopped = ''
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
@@ -126,8 +85,7 @@ class Recorder(Node):
         """
         while not is_over():
             self._round(watch)
-        if self._recorded is not None:
-            self._recorded.end()
+        self._draining = True
         drain_s = time.monotonic()
         while time.monotonic() - drain_s < _DRAIN_S and not self._is_quiet():
             self._round(watch)
@@ -144,7 +102,7 @@ class Recorder(Node):
             self._discovered_s = now_s
             self._channels.discover()
             self._decide_clock(now_s)
-            self._announce()
+            self._register()
             self._guard(self._writer.flush_if_due)
             watch(self._progress())
         heard = False
@@ -156,13 +114,25 @@ class Recorder(Node):
         else:
             time.sleep(_POLL_S if self._order is None else _LOCKSTEP_POLL_S)
 
-    def _announce(self) -> None:
-        """Tell the run that the recorder is there, once every topic is connected."""
-        recorded = self._recorded
-        if recorded is not None and not recorded.announced:
+    def _register(self) -> None:
+        """Register with the simulator of the run, once every topic is connected."""
+        if self._options.with_run and self._acknowledger is None:
             wanted = tuple(name for name in RUN_TOPICS if self._channels.records(name))
             if not self._channels.missing(wanted):
-                recorded.announce()
+                self._acknowledger = Acknowledger(self, window_ticks=1)
+
+    def _acknowledge(self, stamp_ns: int, *, again: bool) -> None:
+        """Acknowledge a tick received whole; while draining none, so that the run stands still.
+
+        Args:
+            stamp_ns: The tick.
+            again: Whether to repeat an acknowledgement, since the simulator repeats the tick.
+        """
+        if self._acknowledger is None or self._draining:
+            return
+        if stamp_ns != self._acknowledged_ns or again:
+            self._acknowledged_ns = stamp_ns
+            self._acknowledger.acknowledge(stamp_ns)
 
     def _decide_clock(self, now_s: float) -> None:
         if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
@@ -203,10 +173,10 @@ class Recorder(Node):
         stamp_ns = stamp_of(arrival.data) if stamped else None
         data = self._canonical.bytes_of(self._channels.type_of(arrival.topic), arrival.data)
         order.add(arrival.topic, stamp_ns, data)
-        if order.complete and order.stamp_ns is not None and self._recorded is not None:
+        if order.complete and order.stamp_ns is not None:
             for message in order.settled():
                 self._write(message.topic, message.time_ns, message.data, message.time_ns)
-            self._recorded.confirm(order.stamp_ns, again=arrival.topic == CLOCK)
+            self._acknowledge(order.stamp_ns, again=arrival.topic == CLOCK)
 
     def _write(self, name: str, time_ns: int, data: bytes, published_ns: int) -> None:
         if self._stopped or not self._channels.records(name):

@@ -20,7 +20,7 @@ from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.parameter_file import NodeParameters
 from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.regions import RegionConfig
-from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, ROBOT
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, RECORDER, ROBOT
 from goalreach_msgs_py.values import Pose2
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
@@ -75,9 +75,7 @@ def plan_parameters(
     defaults: NodeParameters = {
         ROBOT: {
             **flatten_config(robot),
-            **flatten_config(
-                TimeConfig(seed=seeds.simulator, recorded=options.record is not None, judged=True)
-            ),
+            **flatten_config(TimeConfig(seed=seeds.simulator)),
             **regions,
         },
         LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
@@ -92,6 +90,9 @@ def plan_parameters(
         _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
         defaults[node].update(values)
     defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
+    lockstep = defaults[ROBOT]['clock'] == 'lockstep'
+    consumers = ([MONITOR] if lockstep else []) + ([RECORDER] if options.record else [])
+    defaults[ROBOT]['consumers'] = ','.join(consumers)
     defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
     _check(defaults)
     return defaults
@@ -108,7 +109,7 @@ def _mission(
         policy=policy_path,
         starts=starts,
         paths=options.paths,
-        judge=MONITOR,
+        consumer=MONITOR,
         seed=seeds.controller,
     )
     if learning is None:

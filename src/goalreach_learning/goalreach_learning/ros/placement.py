@@ -1,10 +1,10 @@
-"""Placing and pausing the simulated robot through the services of `nomad200`."""
+"""Placing and pausing the simulated robot, and waiting without blocking the executor."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 import time
-from typing import Any
+from typing import Any, Final
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -12,21 +12,59 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE
+from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE, ROBOT
 from goalreach_msgs_py.values import Pose2
 
-_ROBOT = 'nomad200'
-_POLL_S = 0.05
-_COMPLAIN_S = 5.0
-_ANSWER_S = 2.0
+_POLL_S: Final = 0.02
+_WARN_S: Final = 5.0
+_ANSWER_S: Final = 2.0
 """Time for an answer, seconds of the wall clock, after which a call is made again. Chosen."""
 
 
+class ConditionWait:
+    """Runs an action once a condition holds, checked at once and then by a timer.
+
+    Args:
+        node: The node whose executor serves the timer.
+        condition: Whether the action may run.
+        warning: Logged every 5 s while it does not hold.
+    """
+
+    def __init__(self, node: Node, condition: Callable[[], bool], warning: str) -> None:
+        """Be ready to wait."""
+        self._node = node
+        self._condition = condition
+        self._warning = warning
+        self._action: Callable[[], None] | None = None
+        self._warned_s = 0.0
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = node.create_timer(_POLL_S, self._poll, clock=steady)
+        self._timer.cancel()
+
+    def run(self, action: Callable[[], None]) -> None:
+        """Run an action now, or later from the timer; it replaces one that still waits."""
+        self._action = action
+        self._warned_s = time.monotonic()
+        self._timer.reset()
+        self._poll()
+
+    def _poll(self) -> None:
+        if self._action is None:
+            return
+        if self._condition():
+            action, self._action = self._action, None
+            self._timer.cancel()
+            action()
+        elif time.monotonic() - self._warned_s >= _WARN_S:
+            self._warned_s = time.monotonic()
+            self._node.get_logger().warning(self._warning)
+
+
 class RobotPlacement:
-    """Calls the robot's services without ever blocking the executor.
+    """Calls the robot's services without blocking the executor.
 
     A call whose answer does not come, because the robot's node has died or a message got lost, is
-    made again from the beginning: nothing here can wait for ever.
+    made again from the beginning.
 
     Args:
         node: The node whose executor serves the calls.
@@ -35,17 +73,17 @@ class RobotPlacement:
     def __init__(self, node: Node) -> None:
         """Make the clients."""
         self._node = node
-        self._parameters = AsyncParameterClient(node, _ROBOT)
+        self._parameters = AsyncParameterClient(node, ROBOT)
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
-        self._waiting: Callable[[], None] | None = None
-        self._action: Callable[[], None] | None = None
-        self._asked_s = 0.0
-        self._attempt = 0
-        self._timer = node.create_timer(
-            _POLL_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        self._services = ConditionWait(
+            node, self._services_are_ready, f'waiting for the services of {ROBOT}'
         )
-        self._timer.cancel()
+        self._request: Callable[[], None] | None = None
+        self._attempt = 0
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._deadline = node.create_timer(_ANSWER_S, self._on_deadline, clock=steady)
+        self._deadline.cancel()
 
     def place(self, start: Pose2, done: Callable[[], None]) -> None:
         """Put the robot at a pose, then call `done`; a refusal is logged and ends the mission."""
@@ -53,82 +91,73 @@ class RobotPlacement:
 
         def set_start() -> None:
             request = [Parameter('start_pose', Parameter.Type.DOUBLE_ARRAY, pose)]
-            future = self._parameters.set_parameters(request)
-            future.add_done_callback(self._unless_given_up(reset))
+            self._then(self._parameters.set_parameters(request), reset)
 
         def reset(answer: Any) -> None:
             result = answer.results[0]
-            if not result.successful:
+            if result.successful:
+                self._then(self._reset.call_async(Trigger.Request()), finish)
+            else:
                 self._refused(result.reason)
-                return
-            future = self._reset.call_async(Trigger.Request())
-            future.add_done_callback(self._unless_given_up(finish))
 
         def finish(answer: Any) -> None:
-            if not answer.success:
+            if answer.success:
+                self._end()
+                done()
+            else:
                 self._refused(answer.message)
-                return
-            self._answered(done)
 
-        self._when_ready(set_start)
+        self._begin(set_start)
 
     def pause(self, done: Callable[[], None]) -> None:
         """Pause the simulation, then call `done`."""
 
-        def call() -> None:
-            future = self._pause.call_async(SetBool.Request(data=True))
-            future.add_done_callback(self._unless_given_up(lambda _: self._answered(done)))
+        def pause() -> None:
+            self._then(self._pause.call_async(SetBool.Request(data=True)), finish)
 
-        self._when_ready(call)
+        def finish(_answer: Any) -> None:
+            self._end()
+            done()
 
-    def _when_ready(self, action: Callable[[], None]) -> None:
-        self._waiting = self._action = action
-        self._timer.reset()
-        self._poll()
+        self._begin(pause)
 
-    def _unless_given_up(self, then: Callable[[Any], None]) -> Callable[[Any], None]:
-        attempt = self._attempt
-
-        def finish(future: Any) -> None:
-            if attempt == self._attempt:
-                then(future.result())
-
-        return finish
-
-    def _answered(self, done: Callable[[], None]) -> None:
-        self._action = None
-        self._attempt += 1
-        self._timer.cancel()
-        done()
-
-    def _ask_again(self) -> None:
-        if self._action is None or time.monotonic() - self._asked_s < _ANSWER_S:
-            return
-        self._node.get_logger().warning(f'{_ROBOT} does not answer; asking again')
-        self._attempt += 1
-        self._waiting = self._action
-
-    def _poll(self) -> None:
-        if self._waiting is None:
-            self._ask_again()
-        ready = (
+    def _services_are_ready(self) -> bool:
+        return bool(
             self._parameters.services_are_ready()
             and self._reset.service_is_ready()
             and self._pause.service_is_ready()
         )
-        if self._waiting is None or not ready:
-            if self._waiting is not None:
-                self._node.get_logger().warning(
-                    f'waiting for the services of {_ROBOT}',
-                    throttle_duration_sec=_COMPLAIN_S,
-                    skip_first=True,
-                )
-            return
-        action, self._waiting = self._waiting, None
-        self._asked_s = time.monotonic()
-        action()
+
+    def _begin(self, request: Callable[[], None]) -> None:
+        def send() -> None:
+            self._deadline.reset()
+            request()
+
+        self._request = send
+        self._services.run(send)
+
+    def _then(self, future: Any, step: Callable[[Any], None]) -> None:
+        """Go on with the answer, unless the call has been made again meanwhile."""
+        attempt = self._attempt
+
+        def on_answer(future: Any) -> None:
+            if attempt == self._attempt:
+                step(future.result())
+
+        future.add_done_callback(on_answer)
+
+    def _on_deadline(self) -> None:
+        self._deadline.cancel()
+        if self._request is not None:
+            self._node.get_logger().warning(f'{ROBOT} does not answer; asking again')
+            self._attempt += 1
+            self._services.run(self._request)
+
+    def _end(self) -> None:
+        self._request = None
+        self._attempt += 1
+        self._deadline.cancel()
 
     def _refused(self, reason: str) -> None:
-        self._action = None
-        self._timer.cancel()
-        self._node.get_logger().error(f'{_ROBOT} refused the start: {reason}')
+        self._end()
+        self._node.get_logger().error(f'{ROBOT} refused the start: {reason}')

@@ -8,7 +8,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from goalreach_msgs_py.topics import RECORDED
+from goalreach_msgs_py.ros.acknowledgement import AcknowledgementGate
 from goalreach_sim.pacing import Pacer
 
 _SETTLE_S = 0.3
@@ -22,30 +22,33 @@ class RealtimeClock:
 
     Args:
         node: The node whose executor serves the timer.
-        period_s: Simulated time between ticks.
+        period_ns: Simulated time between ticks.
         speed: Simulated seconds per wall second.
-        tick: What to do.
-        recorded: Whether to wait for a recorder, until it is there.
+        tick: Advances and publishes.
+        consumers: Names of the nodes whose registration the first tick waits for.
     """
 
     def __init__(
         self,
         node: Node,
         *,
-        period_s: float,
+        period_ns: int,
         speed: float,
         tick: Callable[[], object],
-        recorded: bool,
+        consumers: tuple[str, ...],
     ) -> None:
         """Start the timer."""
         self._node = node
-        self._period_s = period_s
+        self._period_s = period_ns * 1e-9
         self._tick = tick
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = None
         self._paused = False
-        self._awaits_recorder = recorded
+        self._awaits_consumers = bool(consumers)
         self._absent_s = time.monotonic()
+        self._gate = AcknowledgementGate(
+            node, consumers, period_ns=period_ns, on_room=lambda: None
+        )
         self.set_speed(speed)
 
     @property
@@ -70,19 +73,19 @@ class RealtimeClock:
     def _restart(self, speed: float) -> None:
         self._pacer = Pacer(period_s=self._period_s, speed=speed, now_s=time.monotonic())
 
-    def _look_for_recorder(self) -> None:
+    def _await_consumers(self) -> None:
         now_s = time.monotonic()
-        if not self._node.count_publishers(RECORDED):
+        if self._gate.absent:
             self._absent_s = now_s
         if now_s - self._absent_s >= _SETTLE_S:
-            self._awaits_recorder = False
+            self._awaits_consumers = False
             self._restart(self._pacer.speed)
 
     def _on_timer(self) -> None:
         if self._paused:
             return
-        if self._awaits_recorder:
-            self._look_for_recorder()
+        if self._awaits_consumers:
+            self._await_consumers()
             return
         for _ in range(self._pacer.ticks_due(time.monotonic())):
             self._tick()

@@ -12,22 +12,22 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.subscription import Subscription
-from std_msgs.msg import Float64MultiArray, Header
+from std_msgs.msg import Float64MultiArray
 
 from goalreach_bringup.launch.referee import Progress, Referee
 from goalreach_bringup.launch.tick_log import Tick
 from goalreach_evaluation.path_metrics import PathResult
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg
+from goalreach_msgs_py.ros.acknowledgement import Acknowledger
+from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.learning_messages import q_table_from_msg, transition_from_msg
 from goalreach_msgs_py.ros.raw_estimates import state_from_raw
 from goalreach_msgs_py.ros.raw_robot import odometry_from_raw
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, subscribe_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     GROUND_TRUTH,
-    JUDGED,
     MAP_FRAME,
     MONITOR,
     Q_TABLE,
@@ -38,14 +38,17 @@ from goalreach_msgs_py.values import Confidence, Pose2
 
 _SETTLED_S = 1.0
 """An outcome whose tick has not come after so long a silence is judged without it. Chosen."""
-_TELL_TICKS = 10
-"""The robot is told once in so many ticks how far the run is heard; chosen."""
+_WINDOW_TICKS = 100
+"""Half of what the queues hold, so that none is lost; hardly ever full, since evaluating a tick
+costs less than making it. Chosen."""
+_ACKNOWLEDGED_TICKS = 10
+"""Once in so many ticks they are acknowledged; chosen."""
 
 
 class RunMonitor(Node):
     """Follows truth, state and transitions and hands finished paths to the launcher.
 
-    Publishes: `/_judged`, the stamp of the last tick heard.
+    Publishes: acknowledgements of ticks (see `Acknowledger`).
     Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has heard a
     whole tick, `/q_learning/transition`: the controller waits for that before its first path, so
     that no path is driven unheard.
@@ -83,7 +86,7 @@ class RunMonitor(Node):
             subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
         self._transitions: Subscription[DiagnosticArray] | None = None
         self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
-        self._judged = self.create_publisher(Header, JUDGED, RELIABLE_QOS)
+        self._acknowledger = Acknowledger(self, window_ticks=_WINDOW_TICKS)
         self._ticks = 0
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_SETTLED_S, self._settle, clock=steady)
@@ -113,15 +116,11 @@ class RunMonitor(Node):
             if inputs is not None:
                 self._listen()
                 self._ticks += 1
-                if self._ticks % _TELL_TICKS == 0:
-                    self._tell(stamp_ns)
+                if self._ticks % _ACKNOWLEDGED_TICKS == 0:
+                    self._acknowledger.acknowledge(stamp_ns)
                 self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
 
         return collect
-
-    def _tell(self, stamp_ns: int) -> None:
-        """Tell the robot how far the run is heard; in lockstep it does not run away."""
-        self._judged.publish(Header(stamp=stamp_to_msg(stamp_ns)))
 
     def _listen(self) -> None:
         """Listen to the ends of paths, now that their ticks are heard."""
@@ -156,7 +155,7 @@ class RunMonitor(Node):
     def _settle(self) -> None:
         """Judge what waits for ticks that were lost: after the last path none come any more."""
         if self._heard is not None:
-            self._tell(self._heard[0])
+            self._acknowledger.acknowledge(self._heard[0])
         if self._referee.waits and time.monotonic() - self._heard_s > _SETTLED_S:
             for result in self._referee.settle():
                 self._on_path(result)
