@@ -1,41 +1,29 @@
-"""The private environment ``.venv`` in the repository's root: its state, and how it is made."""
+"""The private environment `.venv` in the repository's root: its state, and how it is made."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import contextlib
 import enum
 import fcntl
 import hashlib
 import os
 from pathlib import Path
+import platform
 import re
 import shutil
-import tempfile
+import signal
+import subprocess
+import sys
 import time
+from types import FrameType
 
-from _base_python import base_python
-from _install import (
-    InterruptedSetupError,
-    Progress,
-    SetupError,
-    follow,
-    interruptible,
-    say,
-    uninterrupted,
-)
-
-LOCK_NAME = 'requirements.lock'
-MARKER_NAME = 'goalreach-setup'  # inside .venv: says that we made it, and from which lock
-UNFINISHED = 'unfinished\n'
-BUILD_TOOLS = ('setuptools', 'wheel')  # what building the root needs; one dependency is a source
-
-PIP_OPTIONS = (
-    '--no-input',
-    '--progress-bar=off',
-    '--disable-pip-version-check',
-    '--no-deps',  # the lock names every package
-    '--no-build-isolation',  # build with the locked tools
-    '--no-compile',  # halves the set-up; modules are compiled when they are first imported
-)
+OLDEST_GLIBC = (2, 28)  # of the ROS 2 wheels
+SUPPORTED_MINORS = (13, 12, 11, 10)  # of Python 3: those the ROS 2 Jazzy wheels are built for
+LOCKS = {'run': 'requirements.lock', 'dev': 'requirements-dev.lock'}  # the second holds the first
+SIZES = {'run': '700 MB', 'dev': '1.1 GB'}
+MARKER_NAME = 'goalreach-setup'  # inside .venv: made here, and the locks that are installed
+BUILD_TOOLS = ('setuptools', 'uv', 'wheel')  # one dependency is a source distribution
+PIP_OPTIONS = ('--no-input', '--disable-pip-version-check', '--no-compile')
+LOCKED = ('--no-deps', '--no-build-isolation', '--require-hashes', '-r')
 # Settings of the caller's Python and pip that would lead an installation elsewhere.
 FOREIGN_SETTINGS = (
     '_ROS_WHEELS_BOOTSTRAP_COMPLETE',
@@ -49,108 +37,169 @@ FOREIGN_SETTINGS = (
 )
 
 
+class SetupError(Exception):
+    """The environment cannot be used or made.
+
+    Attributes:
+        status: Exit status for the process.
+    """
+
+    def __init__(self, message: str, status: int = 1) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class InterruptedSetupError(SetupError):
+    """A signal ended the set-up."""
+
+
 class State(enum.Enum):
-    """What is found where ``.venv`` belongs."""
+    """State of the folder `.venv`."""
 
     ABSENT = enum.auto()
-    FOREIGN = enum.auto()  # not made here: never touched
-    INCOMPLETE = enum.auto()  # made here; interrupted, moved, or of another lock
+    FOREIGN = enum.auto()  # not made by these scripts: never touched
+    INCOMPLETE = enum.auto()  # interrupted, moved, made from another lock, or lacks a group
     READY = enum.auto()
 
 
+def say(message: str) -> None:
+    """Write one line for the user to stderr: stdout belongs to the command."""
+    print(f'goalreach: {message}', file=sys.stderr, flush=True)
+
+
 class Venv:
-    """``.venv`` in a repository's root.
+    """`.venv` in a repository's root.
 
     Args:
         root: Root of the repository.
+        group: 'run' for what running needs, 'dev' for everything.
     """
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, group: str = 'run') -> None:
         self._root = root
+        self._group = group
         self._marker = root / '.venv' / MARKER_NAME
         self._discarded = root / '.venv.removing'
         self.path = root / '.venv'
         self.python = self.path / 'bin' / 'python'
+        self._lock = -1
+        self._signals: list[int] = []
 
     def state(self) -> State:
-        """Tell what is there now."""
+        """Return the present state."""
         if not os.path.lexists(self.path):
             return State.ABSENT
         if not self._marker.is_file():
             empty = self.path.is_dir() and not any(self.path.iterdir())
             return State.INCOMPLETE if empty else State.FOREIGN
-        if self._marker.read_text() == self._fingerprint() and self.python.exists():
-            return State.READY
-        return State.INCOMPLETE
+        ready = self._fingerprint(self._group) in self._installed() and self.python.exists()
+        return State.READY if ready else State.INCOMPLETE
 
     def ensure(self) -> None:
-        """Make the environment, unless it is there; wait where another process makes it.
+        """Make or complete the environment where needed; wait while another process makes it.
 
         Raises:
-            SetupError: Where it cannot be made; nothing of it is left then.
+            SetupError: It cannot be made. A half-made environment is removed.
         """
-        if self.state() is State.READY:
-            return
-        with _exclusive(self._root) as lock:
-            if self.state() is State.READY:
-                return
-            self._make(lock)
+        if self.state() is not State.READY:
+            with _exclusive(self._root) as self._lock:
+                if self.state() is not State.READY:
+                    self._make()
 
-    def _make(self, lock: int) -> None:
-        base = base_python()
-        progress = Progress(steps=5)
+    def _make(self) -> None:
+        extend = self._fingerprint('run') in self._installed() and self.python.exists()
         started_s = time.monotonic()
         try:
-            with interruptible():
-                self._discard()
-                self.path.mkdir()
-                self._marker.write_text(UNFINISHED)
-                say(f'setting up {self.path}: once, about a minute and 800 MB')
-                self._install(base, lock, progress)
-                self._marker.write_text(self._fingerprint())
+            with _signals(lambda number, _: self._signals.append(number)):
+                say(f'setting up {self.path}: once, {SIZES[self._group]}')
+                self._install(extend=extend)
         except (SetupError, OSError) as error:
-            with uninterrupted():
+            with _signals(signal.SIG_IGN):
                 self._discard()
             advice = 'Start the same command again to retry.'
             if not isinstance(error, InterruptedSetupError):
-                advice = f'It needs the package index and 800 MB of disk. {advice}'
-            message = (
-                f'the set-up failed ({progress.running}): {error}\n'
-                f'{self.path} was removed again. {advice}'
-            )
+                advice = f'It needs the package index and {SIZES[self._group]} of disk. {advice}'
+            message = f'the set-up failed: {error}\n{self.path} was removed. {advice}'
             raise SetupError(message, getattr(error, 'status', 1)) from None
         say(f'ready after {time.monotonic() - started_s:.0f} s')
 
-    def _install(self, base: str, lock: int, progress: Progress) -> None:
-        environment = {k: v for k, v in os.environ.items() if k not in FOREIGN_SETTINGS}
-        pip = [str(self.python), '-m', 'pip', 'install', *PIP_OPTIONS]
-        requirements = self._root / LOCK_NAME
-        with progress.step('virtual environment'):
-            follow([base, '-m', 'venv', str(self.path)], environment, lock)
-        with progress.step('build tools'), tempfile.NamedTemporaryFile('w', suffix='.txt') as part:
-            part.write(build_tools(requirements.read_text()))
-            part.flush()
-            follow([*pip, '--require-hashes', '-r', part.name], environment, lock)
-        with progress.step('locked packages'):
-            counter = PackageCounter(requirements.read_text(), progress)
-            command = [*pip, '--require-hashes', '-r', str(requirements)]
-            follow(command, environment, lock, counter.read)
-        with progress.step('goalreach'):
-            follow([*pip, '-e', str(self._root)], environment, lock)
-        with progress.step('check'):
-            check = 'import goalreach_bringup, rclpy'
-            follow([str(self.python), '-I', '-c', check], environment, lock)
+    def _install(self, *, extend: bool) -> None:
+        if not extend:
+            base = base_python()
+            self._discard()
+            self.path.mkdir()
+            self._marker.touch()
+            self._run('virtual environment', [base, '-m', 'venv', str(self.path)])
+            tools = self.path / 'build-tools.txt'
+            tools.write_text(build_tools((self._root / LOCKS['run']).read_text()))
+            self._run('build tools', [*self._pip(), '-q', *LOCKED, str(tools)])
+        lock = self._root / LOCKS[self._group]
+        self._run('locked packages', *([*c, *LOCKED, str(lock)] for c in self._installers()))
+        own = ('--no-deps', '--no-build-isolation', '-e', str(self._root))
+        self._run('goalreach', *([*command, *own] for command in self._installers()))
+        check = 'import goalreach_bringup, rclpy'
+        self._run('check', [str(self.python), '-I', '-c', check])
+        groups = list(LOCKS)[: list(LOCKS).index(self._group) + 1]
+        self._marker.write_text('\n'.join(map(self._fingerprint, groups)))
 
-    def _fingerprint(self) -> str:
-        """Return what the marker holds once all is done.
+    def _pip(self) -> list[str]:
+        return [str(self.python), '-m', 'pip', 'install', *PIP_OPTIONS]
+
+    def _installers(self) -> Iterator[list[str]]:
+        """Yield the commands that can install, best first: uv knows no settings of pip."""
+        uv = self.path / 'bin' / 'uv'
+        if uv.exists():
+            yield [str(uv), 'pip', 'install', '--python', str(self.python)]
+        yield self._pip()
+
+    def _run(self, step: str, *commands: list[str]) -> None:
+        """Run the first of some commands that succeeds.
+
+        Raises:
+            SetupError: None does.
+        """
+        say(step)
+        environment = {k: v for k, v in os.environ.items() if k not in FOREIGN_SETTINGS}
+        scratch = self.path / 'tmp'  # removed with the environment where the set-up fails
+        for command in commands:
+            scratch.mkdir(exist_ok=True)
+            environment['TMPDIR'] = str(scratch)
+            status = self._status(command, environment)
+            shutil.rmtree(scratch, ignore_errors=True)
+            if status == 0:
+                return
+        raise SetupError(f'{step}: exit status {status}')
+
+    def _status(self, command: list[str], environment: dict[str, str]) -> int:
+        """Run a command to its end, in a session of its own that a signal to us kills whole."""
+        with subprocess.Popen(
+            command,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=sys.stderr,
+            start_new_session=True,
+            pass_fds=[self._lock],  # the lock is held until the command has ended too
+        ) as child:
+            while not self._signals:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    return child.wait(timeout=0.1)
+            os.killpg(child.pid, signal.SIGKILL)
+        number = self._signals[0]
+        raise InterruptedSetupError(f'interrupted by {signal.Signals(number).name}', 128 + number)
+
+    def _installed(self) -> list[str]:
+        return self._marker.read_text().split('\n') if self._marker.is_file() else []
+
+    def _fingerprint(self, group: str) -> str:
+        """Return the marker's line of an installed group.
 
         It changes with the lock and with the place: scripts in an environment hold its path.
         """
-        content = (self._root / LOCK_NAME).read_bytes() + os.fsencode(self._root)
-        return hashlib.sha256(content).hexdigest() + '\n'
+        content = (self._root / LOCKS[group]).read_bytes() + os.fsencode(self._root)
+        return hashlib.sha256(content).hexdigest()
 
     def _discard(self) -> None:
-        """Remove the environment; killed half-way, it is not mistaken for a foreign one."""
+        """Remove the environment; if killed half-way, it is not mistaken for a foreign one."""
         shutil.rmtree(self._discarded, ignore_errors=True)
         if self.path.exists():
             self.path.rename(self._discarded)
@@ -168,30 +217,67 @@ def build_tools(lock: str) -> str:
     return ''.join(entry for entry in entries if entry.split('==')[0] in BUILD_TOOLS)
 
 
-class PackageCounter:
-    """Tells how far an installation is, from what pip prints.
+def base_python() -> str:
+    """Return a Python that can make the environment.
 
-    Args:
-        lock: Text of the lock that is installed.
-        progress: Where it tells.
+    Raises:
+        SetupError: There is none; the message names what is missing.
     """
+    libc, version = platform.libc_ver()
+    numbers = tuple(int(part) for part in re.findall(r'\d+', version)[:2])
+    here = (sys.platform, platform.machine(), libc)
+    if here != ('linux', 'x86_64', 'glibc') or numbers < OLDEST_GLIBC:
+        message = (
+            'ROS 2 comes as wheels for Linux on x86_64 with glibc 2.28 or newer only: on this '
+            'machine, source a ROS 2 Jazzy workspace first.'
+        )
+        raise SetupError(message)
+    python = _supported_python()
+    if not _can_run(python, 'import ensurepip, venv'):
+        message = (
+            f'{python} has no venv module: install it (Debian and Ubuntu: `sudo apt install '
+            'python3-venv`), then start the same command again.'
+        )
+        raise SetupError(message)
+    return python
 
-    def __init__(self, lock: str, progress: Progress) -> None:
-        self._progress = progress
-        self._total = len(re.findall(r'^[a-zA-Z0-9][^\n]*==', lock, flags=re.MULTILINE))
-        self._done = 0
 
-    def read(self, line: str) -> None:
-        """Take one line of pip's output."""
-        word, _, rest = line.strip().partition(' ')
-        if word == 'Ignoring':
-            self._total -= 1
-        elif word == 'Collecting':
-            self._done += 1
-            name = rest.split('==')[0]
-            self._progress.detail(f'{self._done} of {self._total}, {name}')
-        elif line.startswith('Installing collected'):
-            self._progress.detail(f'unpacking {self._total}')
+def own_base() -> str:
+    """Return this Python, or the one that its virtual environment was made from."""
+    path = Path(sys.base_prefix, 'bin', f'python3.{sys.version_info[1]}')
+    return str(path) if path.exists() else sys.executable
+
+
+def _supported_python() -> str:
+    if sys.version_info[1] in SUPPORTED_MINORS:
+        return own_base()
+    for minor in SUPPORTED_MINORS:
+        path = shutil.which(f'python3.{minor}')
+        if path and _can_run(path, 'pass'):
+            return path
+    message = (
+        'ROS 2 Jazzy comes as wheels for Python 3.10 to 3.13, and none of them was found (this is '
+        f'{platform.python_version()}): install one and start the same command with it.'
+    )
+    raise SetupError(message)
+
+
+def _can_run(python: str, code: str) -> bool:
+    return not subprocess.run([python, '-c', code], capture_output=True, check=False).returncode
+
+
+@contextlib.contextmanager
+def _signals(
+    handler: Callable[[int, FrameType | None], object] | signal.Handlers,
+) -> Iterator[None]:
+    """Handle SIGINT, SIGTERM and SIGHUP inside the block."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, handler) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, old in zip(numbers, before, strict=True):
+            signal.signal(number, old)
 
 
 @contextlib.contextmanager

@@ -3,7 +3,7 @@
 from _bootstrap import prepare
 
 if __name__ == '__main__':
-    prepare(lab=True)
+    prepare(group='dev')
     from goalreach_lab.cli import main
 
     raise SystemExit(main())

@@ -5,7 +5,7 @@ import sys
 from _bootstrap import prepare
 
 if __name__ == '__main__':
-    prepare()
-    from _gate import main
+    prepare(group='dev')
+    from gate import main
 
     raise SystemExit(main(sys.argv[1:]))

@@ -11,11 +11,18 @@ import venv as stdlib_venv
 
 import pytest
 
-import _base_python
 from _environment import DEPENDENCIES, ROOT
-from _install import SetupError
-from _venv import MARKER_NAME, UNFINISHED, State, Venv, build_tools
+import _venv
+from _venv import LOCKS, MARKER_NAME, SetupError, State, Venv, build_tools
 from small_clone import Clone, finish, place_package
+
+GATE = """
+import importlib.util, json
+
+def main(arguments):
+    print(json.dumps({'found': importlib.util.find_spec('extra') is not None}))
+    return 0
+"""
 
 needs_venv = pytest.mark.skipif(
     importlib.util.find_spec('ensurepip') is None, reason='this Python cannot make environments'
@@ -35,7 +42,7 @@ def test_two_first_starts_at_once_make_one_environment(clone: Clone) -> None:
     errors = outcomes[0].err + outcomes[1].err
     assert errors.count('setting up /') == 1
     assert errors.count('waiting for it') == 1
-    assert re.findall(r'(\d)/5 ', errors) == ['1', '2', '3', '4', '5']
+    assert errors.count('goalreach: locked packages\n') == 1
 
     again = clone.run('fail')
     assert (again.status, again.err) == (3, '')
@@ -49,7 +56,7 @@ def test_lock_that_cannot_be_satisfied_leaves_nothing(clone: Clone) -> None:
     outcome = clone.run()
 
     assert (outcome.status, outcome.out) == (1, '')
-    assert 'the set-up failed (locked packages)' in outcome.err
+    assert 'the set-up failed: locked packages' in outcome.err
     assert 'No matching distribution found for no-such-wheel' in outcome.err
     assert 'Start the same command again' in outcome.err
     assert not list(clone.root.glob('.venv*'))
@@ -59,12 +66,12 @@ def test_lock_that_cannot_be_satisfied_leaves_nothing(clone: Clone) -> None:
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_set_up_leaves_nothing(clone: Clone, number: signal.Signals) -> None:
     clone.venv.mkdir()
-    (clone.venv / MARKER_NAME).write_text(UNFINISHED)  # as after SIGKILL
+    (clone.venv / MARKER_NAME).touch()  # as after SIGKILL
     (clone.venv / 'leftover').touch()
     child = clone.start()
     assert child.stderr is not None
     started = [child.stderr.readline(), child.stderr.readline()]
-    assert '1/5 virtual environment' in started[1]
+    assert 'virtual environment' in started[1]
     assert not (clone.venv / 'leftover').exists()
 
     child.send_signal(number)
@@ -73,6 +80,28 @@ def test_interrupted_set_up_leaves_nothing(clone: Clone, number: signal.Signals)
     assert (outcome.status, outcome.out) == (128 + number, '')
     assert f'interrupted by {number.name}' in outcome.err
     assert not list(clone.root.glob('.venv*'))
+
+
+@needs_venv
+@pytest.mark.parametrize('installer', ['uv', 'pip'])
+def test_what_only_tests_need_is_added_later(clone: Clone, installer: str) -> None:
+    if installer == 'uv':
+        clone.lock_uv()
+    support = clone.root / 'test' / 'support'
+    support.mkdir(parents=True)
+    (support / 'gate.py').write_text(GATE)
+    whole = clone.lock.read_text() + clone.wheel('extra', 'extra.py')
+    (clone.root / 'requirements-dev.lock').write_text(whole)
+
+    first = clone.run()
+    assert first.status == 0, first.err
+    assert not list(clone.venv.glob('lib/*/site-packages/extra.py'))
+    tests = clone.run(script='run_tests.py')
+    assert tests.status == 0, tests.err
+    assert tests.said['found'] is True
+    assert tests.err.count('virtual environment') == 0
+    again = clone.run()
+    assert (again.status, again.err) == (0, '')
 
 
 def test_foreign_environment_is_left_alone(clone: Clone) -> None:
@@ -113,7 +142,7 @@ def test_sourced_workspace_is_used_as_it_is(clone: Clone, tmp_path: Path) -> Non
 
 
 def test_sourced_workspace_without_a_dependency_says_which(clone: Clone, tmp_path: Path) -> None:
-    for name in ('rclpy', 'cv2', 'matplotlib', 'numpy', 'yaml'):
+    for name in ('rclpy', 'cv2', 'matplotlib', 'mcap', 'numpy', 'psutil', 'yaml'):
         place_package(tmp_path / 'opt' / name)
 
     outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
@@ -164,34 +193,44 @@ def test_what_is_found_where_the_environment_belongs(
 
 
 def test_python_without_venv_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_base_python, '_answers', lambda _, code: 'ensurepip' not in code)
+    monkeypatch.setattr(_venv, '_can_run', lambda _, code: 'ensurepip' not in code)
 
     with pytest.raises(SetupError, match='sudo apt install python3-venv'):
-        _base_python.base_python()
+        _venv.base_python()
 
 
 def test_machine_without_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr('platform.machine', lambda: 'aarch64')
 
     with pytest.raises(SetupError, match='source a ROS 2 Jazzy workspace'):
-        _base_python.base_python()
+        _venv.base_python()
 
 
 def test_python_newer_than_the_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_base_python, 'SUPPORTED_MINORS', (1,))
+    monkeypatch.setattr(_venv, 'SUPPORTED_MINORS', (1,))
 
-    with pytest.raises(SetupError, match='none of them is here'):
-        _base_python.base_python()
+    with pytest.raises(SetupError, match='none of them was found'):
+        _venv.base_python()
 
 
-def test_lock_has_hashes_and_no_addresses() -> None:
-    text = (ROOT / 'requirements.lock').read_text()
+@pytest.mark.parametrize('name', LOCKS.values())
+def test_lock_has_hashes_and_no_addresses(name: str) -> None:
+    text = (ROOT / name).read_text()
     entries = re.findall(r'^[a-z0-9].*(?:\n +.*)*', text, flags=re.MULTILINE)
 
     assert len(entries) > 100
     assert all(' --hash=sha256:' in entry for entry in entries)
     assert not re.search(r'://|@|--index|--find-links|^#', text, flags=re.MULTILINE)
-    assert build_tools(text).count('==') == 2
+    assert build_tools(text).count('==') == 3
+
+
+def test_the_lock_for_tests_holds_that_for_running() -> None:
+    pins = [
+        set(re.findall(r'^([a-z0-9._-]+)(?:\[.*\])?(==\S+)', text, re.MULTILINE))
+        for text in ((ROOT / name).read_text() for name in LOCKS.values())
+    ]
+
+    assert pins[0] < pins[1]
 
 
 def test_dependencies_are_those_of_the_distribution() -> None:

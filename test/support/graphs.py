@@ -32,7 +32,10 @@ _PORTS_PER_DOMAIN = 250
 
 def fresh_domain() -> int:
     """Return a ROS_DOMAIN_ID that no other test of this or a neighbouring process uses."""
-    return _LOWEST_DOMAIN + (os.getpid() * 7 + next(_DOMAINS)) % _DOMAIN_SPAN
+    workers = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))
+    worker = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0').removeprefix('gw'))
+    session = os.getppid() if workers > 1 else os.getpid()
+    return _LOWEST_DOMAIN + (session * 7 + next(_DOMAINS) * workers + worker) % _DOMAIN_SPAN
 
 
 def graph_environment(domain: int, home: Path) -> dict[str, str]:

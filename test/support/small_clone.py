@@ -7,10 +7,11 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
+import sys
 from typing import Any
 import zipfile
 
-from _base_python import own_base
+from _venv import own_base
 
 SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
@@ -76,6 +77,7 @@ class Clone:
         self.wheels = root.parent / f'{root.name}-wheels'
         self.venv = root / '.venv'
         self.lock = root / 'requirements.lock'
+        (root / 'requirements-dev.lock').touch()
         package = root / 'src' / 'goalreach_bringup'
         (package / 'goalreach_bringup').mkdir(parents=True)
         (package / 'package.xml').touch()
@@ -86,15 +88,23 @@ class Clone:
         shutil.copytree(SCRIPTS, root / 'scripts', ignore=shutil.ignore_patterns('__pycache__'))
         self.wheels.mkdir()
         modules = {'setuptools': '', 'wheel': '', 'ros_jazzy_rclpy': 'rclpy/__init__.py'}
-        self.lock.write_text(''.join(self._wheel(*item) for item in modules.items()))
+        self.lock.write_text(''.join(self.wheel(*item) for item in modules.items()))
 
-    def _wheel(self, name: str, module: str) -> str:
-        """Build a wheel and return its line for the lock."""
+    def lock_uv(self) -> None:
+        """Put a wheel with the real uv into the lock."""
+        uv = Path(sys.executable).with_name('uv')
+        name = 'uv-99.0.data/scripts/uv'
+        self.lock.write_text(self.lock.read_text() + self.wheel('uv', name, uv.read_bytes()))
+
+    def wheel(self, name: str, module: str, content: bytes = b'') -> str:
+        """Build a wheel of one file and return its line for a lock."""
         path = self.wheels / f'{name}-99.0-py3-none-any.whl'
         info = f'{name}-99.0.dist-info'
         with zipfile.ZipFile(path, 'w') as wheel:
             if module:
-                wheel.writestr(module, '')
+                entry = zipfile.ZipInfo(module)
+                entry.external_attr = 0o100755 << 16
+                wheel.writestr(entry, content)
             metadata = f'Metadata-Version: 2.1\nName: {name}\nVersion: 99.0\n'
             wheel.writestr(f'{info}/METADATA', metadata)
             wheel.writestr(f'{info}/WHEEL', 'Wheel-Version: 1.0\nTag: py3-none-any\n')
@@ -102,29 +112,34 @@ class Clone:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         return f'{name.replace("_", "-")}==99.0 \\\n    --hash=sha256:{digest}\n'
 
-    def start(self, *arguments: str, **variables: str) -> 'subprocess.Popen[str]':
-        """Start `scripts/train.py` with this environment's base Python, which has no package."""
+    def start(
+        self, *arguments: str, script: str = 'train.py', **variables: str
+    ) -> 'subprocess.Popen[str]':
+        """Start a script with this environment's base Python, which has no package."""
         environment = {
             'HOME': os.environ.get('HOME', '/'),
             'PATH': os.environ.get('PATH', os.defpath),
             'PIP_CONFIG_FILE': os.devnull,
             'PIP_FIND_LINKS': str(self.wheels),
             'PIP_NO_INDEX': '1',
+            'UV_FIND_LINKS': str(self.wheels),
+            'UV_NO_CONFIG': '1',
+            'UV_OFFLINE': '1',
             'PYTHONDONTWRITEBYTECODE': '1',
             'PYTHONNOUSERSITE': '1',
             **variables,
         }
         return subprocess.Popen(
-            [own_base(), str(self.root / 'scripts' / 'train.py'), *arguments],
+            [own_base(), str(self.root / 'scripts' / script), *arguments],
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
         )
 
-    def run(self, *arguments: str, **variables: str) -> Outcome:
+    def run(self, *arguments: str, script: str = 'train.py', **variables: str) -> Outcome:
         """Start it and wait for what comes of it."""
-        return finish(self.start(*arguments, **variables))
+        return finish(self.start(*arguments, script=script, **variables))
 
 
 def finish(child: 'subprocess.Popen[str]') -> Outcome:
