@@ -16,6 +16,8 @@ from visualization_msgs.msg import MarkerArray
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import RUN_TOPICS, TICK_TOPICS
 from goalreach_bags.repair import repair_bag
+from goalreach_bags.ros.channels import Channels
+from goalreach_bags.topic import TopicSelection
 from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, SENSOR_QOS
 import graphs
 from small_bags import STORE, serialize
@@ -59,6 +61,7 @@ def test_bag_holds_every_message_of_every_tick(reference: Path) -> None:
         markers = bag.topics['/arena/markers']
         assert {offer.durability for offer in markers.offers} == {'transient_local'}
         assert len(bag.topics['/diagnostics'].offers) == 4
+        assert '/camera/image_raw/compressed' not in bag.topics
 
 
 def test_same_seed_makes_the_same_bag_in_one_process(reference: Path, tmp_path: Path) -> None:
@@ -206,3 +209,22 @@ def test_mistakes_are_one_line(tmp_path: Path, arguments: list[str], line: str) 
     assert process.returncode == 2
     assert process.stderr.startswith(line)
     assert len(process.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ('topics', 'published', 'recorded'),
+    [
+        ((), ('/a', '/a/compressed'), {'/a'}),
+        (('a/compressed',), ('/a', '/a/compressed'), {'/a/compressed'}),
+        ((), ('/a/compressed',), {'/a/compressed'}),
+    ],
+)
+def test_compressed_copies_are_recorded_only_by_name(
+    topics: tuple[str, ...], published: tuple[str, ...], recorded: set[str]
+) -> None:
+    with graphs.onlooker(graphs.fresh_domain()) as (node, _):
+        for topic in published:
+            node.create_publisher(String, topic, LATCHED_QOS)
+        channels = Channels(node, TopicSelection(names=topics, exclude=('^/(rosout|param)',)))
+        channels.discover()
+        assert set(channels.names()) == recorded

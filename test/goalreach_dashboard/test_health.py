@@ -13,8 +13,8 @@ def test_a_node_that_was_never_there_is_unseen() -> None:
 
 def test_a_killed_node_is_down_within_two_seconds() -> None:
     health = make()
-    health.hear('/clock', 10.0, 1)
-    health.answer('robot', 10.1)
+    health.record_message('/clock', 10.0, 1)
+    health.record_answer('robot', 10.1)
     assert health.status('robot', 10.5) is NodeStatus.UP
     assert health.status('robot', 11.0) is NodeStatus.DOWN
     assert health.silent_s('robot', 12.1) == pytest.approx(2.0)
@@ -22,26 +22,26 @@ def test_a_killed_node_is_down_within_two_seconds() -> None:
 
 def test_a_node_without_input_is_quiet_not_down() -> None:
     health = make()
-    health.hear('/pose', 10.0, 1)
-    health.answer('eye', 19.8)
+    health.record_message('/pose', 10.0, 1)
+    health.record_answer('eye', 19.8)
     assert health.status('eye', 20.0) is NodeStatus.QUIET
 
 
 def test_a_node_that_came_back_at_once_was_down_for_all_to_see() -> None:
     health = make()
-    health.hear('/clock', 10.0, 1)
+    health.record_message('/clock', 10.0, 1)
     assert health.status('robot', 11.0) is NodeStatus.DOWN
-    health.hear('/clock', 11.1, 1)
-    health.hear('/clock', 12.5, 30)
+    health.record_message('/clock', 11.1, 1)
+    health.record_message('/clock', 12.5, 30)
     assert health.status('robot', 12.6) is NodeStatus.DOWN
-    health.hear('/clock', 13.0, 40)
+    health.record_message('/clock', 13.0, 40)
     assert health.status('robot', 13.1) is NodeStatus.UP
 
 
 def test_rates_count_what_was_published_not_what_was_taken() -> None:
     rate = TopicRate()
     for tick in range(41):
-        rate.hear(0.05 * tick, 5 * tick + 1)
+        rate.record_message(0.05 * tick, 5 * tick + 1)
         hz = rate.rate_hz(0.05 * tick)
     assert hz == pytest.approx(100.0, rel=0.02)
 
@@ -49,13 +49,13 @@ def test_rates_count_what_was_published_not_what_was_taken() -> None:
 def test_a_new_publisher_counts_from_one() -> None:
     rate = TopicRate()
     for number in (5, 6, 1, 2, 2):
-        rate.hear(1.0, number)
+        rate.record_message(1.0, number)
     assert rate.total == 4
 
 
 def test_rates_keep_a_bounded_window() -> None:
     rate = TopicRate()
     for tick in range(10_000):
-        rate.hear(0.05 * tick, tick)
+        rate.record_message(0.05 * tick, tick)
         rate.rate_hz(0.05 * tick)
     assert len(rate._samples) < 20

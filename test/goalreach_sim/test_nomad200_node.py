@@ -4,14 +4,17 @@ from collections.abc import Callable
 import itertools
 import math
 from pathlib import Path
+import time
 
+import cv2
 from geometry_msgs.msg import TwistStamped
+import numpy as np
 import pytest
 from rclpy.node import Node
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import CompressedImage, LaserScan
 
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
 from ros_robot import RobotGraph, robot_graph
 
 pytestmark = pytest.mark.graph
@@ -168,3 +171,21 @@ def test_while_two_nodes_drive_none_is_obeyed(topic: str, tmp_path: Path) -> Non
         assert "2 nodes drive: ['/onlooker', '/stranger']" in robot.log
         stranger.destroy_node()
         drive_until(robot, 0.2, lambda: robot.speed_m_per_s > 0.1)
+
+
+def test_images_are_compressed_for_subscribers_ten_times_a_second(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=1.0) as robot:
+        robot.wait_for_ticks(2)
+        images: list[CompressedImage] = []
+        began_s = time.monotonic()
+        subscription = robot.node.create_subscription(
+            CompressedImage, '/camera/image_raw/compressed', images.append, SENSOR_QOS
+        )
+        robot.wait(lambda: len(images) >= 5)
+        assert time.monotonic() - began_s > 0.39
+        robot.node.destroy_subscription(subscription)
+    pixels = cv2.imdecode(np.frombuffer(images[0].data, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert pixels is not None
+    assert (images[0].format, pixels.shape) == ('jpeg', (480, 640))
+    assert images[0].header.frame_id == 'camera_optical_frame'
+    assert stamp_from_msg(images[0].header.stamp) in robot.clock_ns

@@ -11,7 +11,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from goalreach_dashboard.ros.taps import Tap
+from goalreach_dashboard.ros.subscriptions import PolledSubscription
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
@@ -33,12 +33,12 @@ class RunClock:
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self._node = Node('run_clock', context=self._context, enable_rosout=False)
-        self._tap = Tap(self._node, Clock, CLOCK)
+        self._subscription = PolledSubscription(self._node, Clock, CLOCK)
         self._now_s = 0.0
 
     def now_s(self) -> float:
         """Return simulated seconds by the newest tick; 0 before the first."""
-        for message in self._tap.take():
+        for message in self._subscription.take():
             self._now_s = stamp_from_msg(message.clock) * 1e-9
         return self._now_s
 

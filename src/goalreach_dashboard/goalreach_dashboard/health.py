@@ -39,7 +39,7 @@ class TopicRate:
     _number: int | None = None
     _samples: deque[tuple[float, int]] = field(default_factory=deque)
 
-    def hear(self, now_s: float, number: int) -> None:
+    def record_message(self, now_s: float, number: int) -> None:
         """Take note of a message.
 
         Args:
@@ -82,11 +82,11 @@ class Health:
         """Names of the nodes watched."""
         return tuple(self._topics_of)
 
-    def hear(self, topic: str, now_s: float, number: int) -> None:
+    def record_message(self, topic: str, now_s: float, number: int) -> None:
         """Take note of a message of a topic."""
-        self.topics.setdefault(topic, TopicRate()).hear(now_s, number)
+        self.topics.setdefault(topic, TopicRate()).record_message(now_s, number)
 
-    def answer(self, node: str, now_s: float) -> None:
+    def record_answer(self, node: str, now_s: float) -> None:
         """Take note that a node answered a question."""
         self._answered_s[node] = now_s
 

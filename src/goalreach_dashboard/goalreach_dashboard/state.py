@@ -156,6 +156,11 @@ class PageState:
         """Begin with an empty picture."""
         self.robot = RobotPicture(self.arena.length_m)
 
+    def restart(self) -> None:
+        """Forget poses and rates, which have gaps after a time without viewers."""
+        self.robot = RobotPicture(self.arena.length_m)
+        self.health = Health(TOPICS_OF)
+
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate) -> None:
         """Take an estimate; it leaves a trail while it and the state are trusted.
 

@@ -31,9 +31,8 @@ from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.ros.raw_estimates import state_from_raw
 from goalreach_msgs_py.ros.raw_robot import bumpers_from_raw, twist_to_raw
-from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.stamped_reply import StampedReply
 from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS, subscribe_raw
-from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
@@ -50,8 +49,7 @@ class GoalReachingControllerNode(Node):
     """Adapter of one `GoalReachingController`, driving path after path.
 
     Publishes: `/cmd_vel` with the stamp of the state it answers, `/q_learning/transition`,
-    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where somebody listens), `/diagnostics`,
-    `/_glimpse/goal_reaching_controller` (see `Glimpse`).
+    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where somebody listens), `/diagnostics`.
     Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
     Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
     Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a
@@ -68,7 +66,7 @@ class GoalReachingControllerNode(Node):
         self._controller = GoalReachingController(config.value, policy, rng)
         self._inputs = StampSynchronizer([STATE, BUMPERS])
         self._reporter = InputReporter(self, [STATE, BUMPERS], self._inputs.missing)
-        self._outbox = Outbox(Glimpse(self))
+        self._reply = StampedReply()
         self._diagnostics = Diagnostics(self)
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
@@ -122,7 +120,7 @@ class GoalReachingControllerNode(Node):
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.heard(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, raw)
-            if inputs is None or self._busy or not self._outbox.open(stamp_ns):
+            if inputs is None or self._busy or not self._reply.begin(stamp_ns):
                 return
             try:
                 state = state_from_raw(inputs[STATE])
@@ -157,9 +155,9 @@ class GoalReachingControllerNode(Node):
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
         self._report(stamp_ns, state)
         if step.policy_changed:
-            self._outbox.send(self._q_table, q_table_to_msg(self._controller.policy.q))
+            self._reply.send(self._q_table, q_table_to_msg(self._controller.policy.q))
         if step.transition is not None:
-            self._outbox.send(self._transitions, transition_to_msg(step.transition, stamp_ns))
+            self._reply.send(self._transitions, transition_to_msg(step.transition, stamp_ns))
             if step.transition.outcome is not None:
                 self._keep(step.transition.path)
                 self._begin_next_path(stamp_ns)
@@ -167,8 +165,7 @@ class GoalReachingControllerNode(Node):
         self._command(step.command, stamp_ns)
 
     def _command(self, twist: Twist2, stamp_ns: int) -> None:
-        self._outbox.send(self._drive, twist_to_raw(twist, stamp_ns))
-        self._outbox.close()
+        self._reply.send(self._drive, twist_to_raw(twist, stamp_ns))
 
     def _begin_next_path(self, stamp_ns: int) -> None:
         """Start the next path; `/cmd_vel` is answered only when the robot has been placed.
@@ -200,7 +197,7 @@ class GoalReachingControllerNode(Node):
         if self._ticks % _POSE_TICKS == 0:
             self._trail.append((stamp_ns, state.pose))
         if self._ticks % _PATH_TICKS == 0 and self._path.get_subscription_count():
-            self._outbox.send(self._path, path_to_msg(self._trail, stamp_ns))
+            self._reply.send(self._path, path_to_msg(self._trail, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,
             f'path {self._next_path}',

@@ -6,6 +6,7 @@ from typing import Final
 
 CLOCK: Final = '/clock'
 IMAGE: Final = '/camera/image_raw'
+COMPRESSED_IMAGE: Final = f'{IMAGE}/compressed'
 CAMERA_INFO: Final = '/camera/camera_info'
 ODOM: Final = '/odom'
 JOINT_STATES: Final = '/joint_states'
@@ -39,30 +40,10 @@ def acknowledgement_topic(consumer: str) -> str:
     return f'/_acknowledged/{consumer}'
 
 
-def glimpse_topic(node: str) -> str:
-    """Return where a node, by its full name, shows those who look on what it said lately."""
-    return f'/_glimpse{node}'
-
-
-def picture_topic(node: str) -> str:
-    """Return where it shows them an image now and then."""
-    return f'{glimpse_topic(node)}/image'
-
-
 ROBOT: Final = 'nomad200'
-
-
 LOCALIZER: Final = 'landmark_localizer'
-
-
 ESTIMATOR: Final = 'state_estimator'
-
-
 CONTROLLER: Final = 'goal_reaching_controller'
-
-
 NODES: Final = (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
-
-
 MONITOR: Final = 'run_monitor'
 RECORDER: Final = 'recorder'

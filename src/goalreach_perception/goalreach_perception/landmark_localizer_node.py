@@ -19,9 +19,8 @@ from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.ros.raw_camera import camera_from_raw, image_from_raw
 from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw
 from goalreach_msgs_py.ros.raw_robot import head_from_raw, head_to_raw, odometry_from_raw
-from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.stamped_reply import StampedReply
 from goalreach_msgs_py.ros.subscribe_raw import NEWEST_QOS, RELIABLE_QOS, SENSOR_QOS, subscribe_raw
-from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.ros.transforms import TransformPublisher, map_to_odom
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
@@ -42,19 +41,14 @@ from goalreach_perception.sensor_watch import SensorWatch
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
-_SHOWN_POSES = 5
-"""Poses that a glimpse holds, so that one is among them whose truth is in the robot's. Chosen."""
-_SHOWN_LANDMARKS = 100
-"""Those of any image that the robot's glimpse may hold."""
 
 
 class LandmarkLocalizerNode(Node):
     """Adapter of one `LandmarkLocalizer`.
 
     Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image, and
-    `/landmarks/markers` where somebody subscribes to it; `/diagnostics`,
-    `/_glimpse/landmark_localizer` (see `Glimpse`), and `/tf` (map to odom) where tf2_msgs is
-    installed.
+    `/landmarks/markers` where somebody subscribes to it; `/diagnostics`, and `/tf` (map to
+    odom) where tf2_msgs is installed.
     Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
     stamp when all four of it are there.
     Parameters: the fields of `LocalizerConfig`; `noise.*` may change while it runs, and the
@@ -71,8 +65,7 @@ class LandmarkLocalizerNode(Node):
         self._reporter = InputReporter(
             self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
         )
-        history = {POSE: _SHOWN_POSES, LANDMARKS: _SHOWN_LANDMARKS}
-        self._outbox = Outbox(Glimpse(self, history=history))
+        self._reply = StampedReply()
         self._diagnostics = Diagnostics(self)
         self._transforms = TransformPublisher(self)
         self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
@@ -91,7 +84,7 @@ class LandmarkLocalizerNode(Node):
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.heard(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, raw)
-            if inputs is not None and self._outbox.open(stamp_ns):
+            if inputs is not None and self._reply.begin(stamp_ns):
                 self._process(stamp_ns, inputs)
 
         return collect
@@ -131,10 +124,9 @@ class LandmarkLocalizerNode(Node):
         self._watch = SensorWatch(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
-        self._outbox.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
-        self._outbox.send(self._head, head_to_raw(output.head_command, stamp_ns))
-        self._outbox.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
-        self._outbox.close()
+        self._reply.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
+        self._reply.send(self._head, head_to_raw(output.head_command, stamp_ns))
+        self._reply.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
         if self._markers.get_subscription_count():
             self._markers.publish(image_markers(output.landmarks, stamp_ns))
         self._diagnostics.tick(

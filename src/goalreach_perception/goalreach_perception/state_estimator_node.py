@@ -13,9 +13,8 @@ from goalreach_msgs_py.ros.input_watch import InputReporter
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw, state_to_raw
-from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.stamped_reply import StampedReply
 from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, subscribe_raw
-from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
@@ -27,8 +26,7 @@ _THROTTLE_S = 5.0
 class StateEstimatorNode(Node):
     """Adapter of one `StateEstimator`.
 
-    Publishes: `/state` with the stamp of the pose; `/diagnostics`; `/_glimpse/state_estimator`
-    (see `Glimpse`).
+    Publishes: `/state` with the stamp of the pose; `/diagnostics`.
     Subscribes: `/pose`; `/clock`, against which a pose is STALE that comes late or from a future.
     Parameters: the fields of `StateEstimatorConfig`.
     """
@@ -37,7 +35,7 @@ class StateEstimatorNode(Node):
         """Declare and build."""
         super().__init__(_NAME)
         self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
-        self._outbox = Outbox(Glimpse(self))
+        self._reply = StampedReply()
         self._diagnostics = Diagnostics(self)
         self._state = self.create_publisher(DiagnosticArray, STATE, DEEP_QOS)
         self._reporter = InputReporter(self, [CLOCK, POSE])
@@ -63,7 +61,7 @@ class StateEstimatorNode(Node):
 
     def _on_pose(self, stamp_ns: int, raw: bytes) -> None:
         self._reporter.heard(POSE, stamp_ns)
-        if not self._outbox.open(stamp_ns):
+        if not self._reply.begin(stamp_ns):
             return
         try:
             pose = estimate_from_raw(raw)
@@ -71,8 +69,7 @@ class StateEstimatorNode(Node):
         except MessageError as error:
             self.get_logger().error(f'{POSE}: {error}', throttle_duration_sec=_THROTTLE_S)
             return
-        self._outbox.send(self._state, state_to_raw(state, stamp_ns))
-        self._outbox.close()
+        self._reply.send(self._state, state_to_raw(state, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,
             state.confidence.value,

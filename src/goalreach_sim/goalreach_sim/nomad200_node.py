@@ -39,9 +39,9 @@ class Nomad200Node(Node):
     """Adapter of one `Simulator`.
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
-    `/bumpers`, `/ground_truth/odom` once in a camera period, `/arena/markers` once (latched),
-    `/diagnostics`, `/_glimpse/nomad200` and its `image` (see `Glimpse`), and `/tf`, `/tf_static`
-    where tf2_msgs is installed.
+    `/bumpers`, `/ground_truth/odom` once in a camera period; `/camera/image_raw/compressed` (JPEG)
+    at most ten times a second of the wall clock, while somebody subscribes to it; `/arena/markers`
+    once (latched); `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and of each of the parameter `consumers` the
     acknowledgements (see `AcknowledgementGate`).
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.

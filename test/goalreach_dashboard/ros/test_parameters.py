@@ -53,7 +53,7 @@ class Asked:
         for look in range(round(SECONDS / LOOK_S)):
             now_s = begun_s + look * LOOK_S
             if heard:
-                self.state.health.hear(topics.CLOCK, now_s, next(numbers))
+                self.state.health.record_message(topics.CLOCK, now_s, next(numbers))
             self.questions.ask(now_s)
             while self.questions.waiting:
                 self.serve()

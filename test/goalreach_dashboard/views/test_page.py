@@ -7,15 +7,17 @@ import json
 import math
 import re
 
+import cv2
 import numpy as np
 import pytest
 
-from goalreach_dashboard.ros.camera import data_url
+from goalreach_dashboard.ros.subscriptions import camera_picture
 from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_dashboard.views.decision import decide
 from goalreach_dashboard.views.page import page_view
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.regions import memberships
+from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.topics import (
     CLOCK,
     CMD_VEL,
@@ -72,7 +74,7 @@ def full_state(x_m: float = 1.778, y_m: float = 1.69, mode: str = 'fuzzy') -> Pa
     state.parameters[CONTROLLER] = {'mode': mode, 'learn': False}
     state.parameters[ROBOT] = {'clock': 'realtime', 'speed': 2.0}
     for topic in (CLOCK, POSE, STATE, CMD_VEL):
-        state.health.hear(topic, 10.0, 1)
+        state.health.record_message(topic, 10.0, 1)
     state.clock_ns = STAMP_NS
     return state
 
@@ -158,7 +160,7 @@ def test_a_learner_tells_no_heading() -> None:
 def test_a_dead_node_is_named() -> None:
     state = full_state()
     for topic in (CLOCK, STATE, CMD_VEL):
-        state.health.hear(topic, 11.5, 2)
+        state.health.record_message(topic, 11.5, 2)
     view = page_view(state, 11.6)
     assert view['status']['text'] == f'{LOCALIZER} is silent'
     assert view[f'node-{LOCALIZER}']['class'] == 'node down'
@@ -169,7 +171,7 @@ def test_a_dead_node_is_named() -> None:
 def test_a_paused_run_is_no_dead_run() -> None:
     state = full_state()
     for name in NODES:
-        state.health.answer(name, 12.9)
+        state.health.record_answer(name, 12.9)
     view = page_view(state, 13.0)
     assert view['status']['text'] == 'paused'
     assert {view[f'node-{name}']['class'] for name in NODES} == {'node quiet'}
@@ -194,14 +196,22 @@ def test_success_is_judged_by_the_truth_of_the_stamp(x_m: float, goals: int) -> 
     assert view['path']['text'] == '2'
 
 
-def test_images_are_jpeg() -> None:
-    url = data_url(np.zeros((48, 64), dtype=np.uint8))
-    assert url.startswith('data:image/jpeg;base64,/9j/')
+@pytest.mark.parametrize(('suffix', 'start'), [('.jpg', 'jpeg;base64,/9j/'), ('.png', 'png;')])
+def test_images_are_shown_as_they_were_compressed(suffix: str, start: str) -> None:
+    encoded = cv2.imencode(suffix, np.zeros((48, 64), dtype=np.uint8))[1].tobytes()
+    picture = camera_picture(encoded, (), STAMP_NS)
+    assert picture.url.startswith(f'data:image/{start}')
+    assert (picture.width_px, picture.height_px) == (64, 48)
+
+
+def test_bytes_that_are_no_image_are_refused() -> None:
+    with pytest.raises(MessageError, match='compressed image of 3 bytes'):
+        camera_picture(b'abc', (), STAMP_NS)
 
 
 def test_an_old_state_does_not_look_like_a_new_one() -> None:
     state = full_state()
-    state.health.hear(CLOCK, 11.5, 2)
+    state.health.record_message(CLOCK, 11.5, 2)
     view = page_view(state, 11.6)
     assert view['estimate']['class'] == 'estimate old'
     assert view['commanded']['visibility'] == 'hidden'

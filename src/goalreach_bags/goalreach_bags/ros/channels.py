@@ -200,6 +200,7 @@ def _ignore(_message: Any) -> None:
     """Never called: messages are taken by hand."""
 
 
+_COMPRESSED: Final = '/compressed'
 _CLOCK_TYPE: Final = 'rosgraph_msgs/msg/Clock'
 
 
@@ -222,7 +223,7 @@ class Channels:
         for name, types in self._node.get_topic_names_and_types():
             if name in self._channels or name in self._refused:
                 continue
-            if not (self._selection.includes(name) or name == CLOCK):
+            if not (self.records(name) or name == CLOCK) or self._is_copy(name):
                 continue
             if not self._node.count_publishers(name):
                 continue
@@ -233,6 +234,16 @@ class Channels:
                 self._node.get_logger().warning(f'{name} is not recorded: {error}')
         for channel in self._channels.values():
             channel.look()
+
+    def _is_copy(self, name: str) -> bool:
+        """Return whether a topic is the compressed copy of another and not selected by name.
+
+        Its publisher may encode images only while somebody subscribes.
+        """
+        image = name.removesuffix(_COMPRESSED)
+        if image == name or name in self._selection.full_names:
+            return False
+        return bool(self._node.count_publishers(image))
 
     def _subscribe(self, name: str, types: Sequence[str]) -> Channel:
         if len(types) > 1:

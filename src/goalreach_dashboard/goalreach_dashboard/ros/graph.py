@@ -15,7 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from goalreach_dashboard.exchange import Board
 from goalreach_dashboard.ros.commands import Steering
-from goalreach_dashboard.ros.listener import Listener
+from goalreach_dashboard.ros.listener import GraphListener
 from goalreach_dashboard.ros.parameters import Questions, noise_of
 from goalreach_dashboard.state import PageState
 from goalreach_dashboard.views.page import page_view, run_status
@@ -24,11 +24,14 @@ from goalreach_dashboard.web.server import PageServer
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
-from goalreach_msgs_py.ros.throttled import next_look_s
 from goalreach_msgs_py.topics import CONTROLLER, ROBOT
 
-_UNWATCHED_S: Final = 0.2
-"""Between two looks while no page is open: the counters must go on, and no more."""
+_WATCHED_PERIOD_S: Final = 0.05
+_IDLE_PERIOD_S: Final = 0.2
+"""Period of the updates while no browser is open: finished paths are still counted."""
+_LINGER_S: Final = 5.0
+"""Time after the last browser has gone for which the page stays subscribed: a reload keeps the
+trails. Chosen."""
 
 
 class GraphSide:
@@ -47,9 +50,10 @@ class GraphSide:
         self._board = board
         self._ears = Node('dashboard', enable_rosout=False, start_parameter_services=False)
         self._mouth = Node('dashboard_asks', enable_rosout=False, start_parameter_services=False)
-        self._listener = Listener(self._ears, self.state)
+        self._listener = GraphListener(self._ears, self.state)
         self._questions = Questions(self._mouth, self.state)
         self._steering = Steering(self._mouth, self.state) if steers else None
+        self._linger_until_s = 0.0
         self._executor = EventsExecutor()
         self._executor.add_node(self._mouth)
 
@@ -61,13 +65,19 @@ class GraphSide:
             if now_s < due_s:
                 self._executor.spin_once(timeout_sec=due_s - now_s)
                 continue
-            due_s = next_look_s(now_s) if self._board.viewers else now_s + _UNWATCHED_S
+            watched = self._board.viewers > 0
+            due_s = max(due_s, now_s) + (_WATCHED_PERIOD_S if watched else _IDLE_PERIOD_S)
             self._tick(now_s)
 
     def _tick(self, now_s: float) -> None:
         watched = self._board.viewers > 0
-        self._listener.listen(with_image=watched)
-        self._questions.ask(now_s)
+        if watched:
+            self._linger_until_s = now_s + _LINGER_S
+        subscribed = now_s < self._linger_until_s
+        self._listener.watch(watched=subscribed)
+        self._listener.update()
+        if subscribed:
+            self._questions.ask(now_s)
         if self._steering is not None:
             for request, answer in self._board.asked():
                 self._questions.hurry(now_s)

@@ -96,7 +96,7 @@ class Questions:
             return
         values = [parameter_value_to_python(value) for value in future.result().values]
         told = dict(zip(names, values, strict=False))
-        self._state.health.answer(node, time.monotonic())
+        self._state.health.record_answer(node, time.monotonic())
         self._state.parameters[node] = told
         if node == ROBOT and told != self._robot_answer:
             self._robot_answer = told

@@ -1,4 +1,4 @@
-"""How every node of the graph answers a stamp."""
+"""Replies of a node to the stamp of its input, with retransmission."""
 
 from __future__ import annotations
 
@@ -6,27 +6,29 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
-from goalreach_msgs_py.ros.throttled import Glimpse
 
+class StampedReply:
+    """Publishes a node's reply to one stamp and can retransmit it.
 
-class Outbox:
-    """Publishes the answer to one stamp and can repeat it.
-
-    A simulator in lockstep that hears nothing sends its last tick again; the answer then is
-    repeated, not computed anew, so a lost message costs time and nothing else.
-
-    Args:
-        glimpse: Shows the answers to those who look on.
+    A simulator in lockstep that receives no answer sends its last tick again; the reply is then
+    retransmitted, not computed anew, so a lost message costs time only.
     """
 
-    def __init__(self, glimpse: Glimpse) -> None:
-        """Start with nothing sent."""
-        self._glimpse = glimpse
+    def __init__(self) -> None:
+        """Start with an empty reply."""
         self._stamp_ns: int | None = None
         self._sent: list[tuple[Publisher[Any], object]] = []
 
-    def open(self, stamp_ns: int) -> bool:
-        """Begin the answer to a stamp; return False where it was only to be repeated."""
+    def begin(self, stamp_ns: int) -> bool:
+        """Begin the reply to a stamp.
+
+        Args:
+            stamp_ns: Stamp of the input, nanoseconds.
+
+        Returns:
+            True where the reply is to be computed; False where the stamp is that of the last
+            reply, which has been retransmitted.
+        """
         if stamp_ns == self._stamp_ns:
             for publisher, message in self._sent:
                 publisher.publish(message)
@@ -36,10 +38,6 @@ class Outbox:
         return True
 
     def send(self, publisher: Publisher[Any], message: object) -> None:
-        """Publish a message as part of the answer."""
+        """Publish a message as part of the reply."""
         self._sent.append((publisher, message))
         publisher.publish(message)
-
-    def close(self) -> None:
-        """End the answer to a stamp."""
-        self._glimpse.look(self._sent)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from array import array
+import math
+import time
+
+import cv2
 from nav_msgs.msg import Odometry
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, LaserScan
 
+from goalreach_msgs_py.ros.common_messages import header
 from goalreach_msgs_py.ros.raw_camera import camera_to_raw, image_to_raw
 from goalreach_msgs_py.ros.raw_robot import (
     bumpers_to_raw,
@@ -14,9 +22,8 @@ from goalreach_msgs_py.ros.raw_robot import (
     head_to_raw,
     odometry_to_raw,
 )
-from goalreach_msgs_py.ros.stamped_reply import Outbox
+from goalreach_msgs_py.ros.stamped_reply import StampedReply
 from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
-from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.ros.transforms import (
     TransformPublisher,
     head_transforms,
@@ -25,8 +32,10 @@ from goalreach_msgs_py.ros.transforms import (
 )
 from goalreach_msgs_py.topics import (
     BUMPERS,
+    CAMERA_FRAME,
     CAMERA_INFO,
     CLOCK,
+    COMPRESSED_IMAGE,
     GROUND_TRUTH,
     IMAGE,
     JOINT_STATES,
@@ -36,8 +45,42 @@ from goalreach_msgs_py.topics import (
 )
 from goalreach_sim.sensors import SensorFrame
 
-_SHOWN = 100
-"""Ticks that a glimpse holds at most: twice what the fastest run has between two. Chosen."""
+_COMPRESSED_PERIOD_S = 0.1
+_JPEG_QUALITY = 70
+
+
+class CompressedImagePublisher:
+    """Publishes JPEG copies of the camera image for viewers.
+
+    Publishes `/camera/image_raw/compressed` at most ten times a second of the wall clock, and
+    only while somebody subscribes to it.
+
+    Args:
+        node: The node that publishes.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Make the publisher."""
+        self._publisher = node.create_publisher(CompressedImage, COMPRESSED_IMAGE, SENSOR_QOS)
+        self._published_s = -math.inf
+
+    def publish_if_due(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
+        """Encode and publish an image where one is due and somebody subscribes.
+
+        Args:
+            image: (height, width), grey values.
+            stamp_ns: Stamp of the image, nanoseconds.
+        """
+        now_s = time.monotonic()
+        due = now_s - self._published_s >= _COMPRESSED_PERIOD_S
+        if not due or not self._publisher.get_subscription_count():
+            return
+        self._published_s = now_s
+        _, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        data = array('B', jpeg.tobytes())
+        self._publisher.publish(
+            CompressedImage(header=header(stamp_ns, CAMERA_FRAME), format='jpeg', data=data)
+        )
 
 
 class FramePublisher:
@@ -57,10 +100,10 @@ class FramePublisher:
         self._body_radius_m = body_radius_m
         self._camera_height_m = camera_height_m
         self._period_s = period_s
-        history = {GROUND_TRUTH: _SHOWN, BUMPERS: _SHOWN}
-        self._outbox = Outbox(Glimpse(node, history=history, picture=IMAGE))
+        self._reply = StampedReply()
         self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
         self._image = node.create_publisher(Image, IMAGE, SENSOR_QOS)
+        self._compressed = CompressedImagePublisher(node)
         self._camera = node.create_publisher(CameraInfo, CAMERA_INFO, SENSOR_QOS)
         self._odom = node.create_publisher(Odometry, ODOM, RELIABLE_QOS)
         self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
@@ -70,8 +113,8 @@ class FramePublisher:
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
         """Send a frame; the image goes last, since all else is small."""
-        send = self._outbox.send
-        self._outbox.open(stamp_ns)
+        send = self._reply.send
+        self._reply.begin(stamp_ns)
         send(self._clock, clock_to_raw(stamp_ns))
         send(self._truth, odometry_to_raw(frame.truth, stamp_ns, frame_id=MAP_FRAME))
         send(self._odom, odometry_to_raw(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
@@ -87,7 +130,7 @@ class FramePublisher:
         )
         send(self._camera, camera_to_raw(frame.camera, stamp_ns))
         send(self._image, image_to_raw(frame.image, stamp_ns))
-        self._outbox.close()
+        self._compressed.publish_if_due(frame.image, stamp_ns)
         if self._transforms.active:
             self._transforms.publish(
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
@@ -96,4 +139,4 @@ class FramePublisher:
 
     def repeat(self, stamp_ns: int) -> None:
         """Send the last frame again, for those who have not heard it."""
-        self._outbox.open(stamp_ns)
+        self._reply.begin(stamp_ns)

@@ -1,10 +1,11 @@
-"""Nodes that say what those of a run say, with glimpses or without, as the test asks them to."""
+"""Nodes that publish what those of a run publish, tick by tick, when a test asks them to."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
 from typing import Any
 
+import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
@@ -13,10 +14,11 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, LaserScan
 
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.ros.common_messages import header
 from goalreach_msgs_py.ros.learning_messages import transition_to_msg
 from goalreach_msgs_py.ros.raw_camera import camera_to_raw, image_to_raw
 from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw, state_to_raw
@@ -27,9 +29,7 @@ from goalreach_msgs_py.ros.raw_robot import (
     odometry_to_raw,
     twist_to_raw,
 )
-from goalreach_msgs_py.ros.stamped_reply import Outbox
 from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS
-from goalreach_msgs_py.ros.throttled import Glimpse
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
@@ -44,7 +44,7 @@ from goalreach_msgs_py.values import (
 )
 
 PERIOD_NS = 40_000_000
-_SAID: dict[str, dict[str, type[Any]]] = {
+_PUBLISHED: dict[str, dict[str, type[Any]]] = {
     ROBOT: {
         topics.CLOCK: Clock,
         topics.GROUND_TRUTH: OdometryMsg,
@@ -53,6 +53,7 @@ _SAID: dict[str, dict[str, type[Any]]] = {
         topics.BUMPERS: LaserScan,
         topics.CAMERA_INFO: CameraInfo,
         topics.IMAGE: Image,
+        topics.COMPRESSED_IMAGE: CompressedImage,
     },
     LOCALIZER: {
         topics.POSE: PoseWithCovarianceStamped,
@@ -62,8 +63,6 @@ _SAID: dict[str, dict[str, type[Any]]] = {
     ESTIMATOR: {topics.STATE: DiagnosticArray},
     CONTROLLER: {topics.CMD_VEL: TwistStamped},
 }
-_HISTORY = dict.fromkeys((topics.GROUND_TRUTH, topics.BUMPERS, topics.LANDMARKS), 100)
-_HISTORY[topics.POSE] = 5
 _STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 _CAMERA = PinholeCamera(width_px=4, height_px=3, fx_px=4.0, fy_px=4.0, cx_px=1.5, cy_px=1.0)
 
@@ -78,76 +77,46 @@ def odometry_at(tick: int) -> Pose2:
     return Pose2(x_m=0.004 * tick, y_m=0.0, heading_rad=0.0)
 
 
-class SpokenGraph:
+class ScriptedGraph:
     """The four nodes.
 
     Args:
         context: Where they live.
-        glimpses: Whether they give glimpses.
-        remaps: Remapping rules of ROS 2.
+        compressed: Whether the robot publishes compressed images too.
     """
 
-    def __init__(self, context: Context, *, glimpses: bool, remaps: Sequence[str] = ()) -> None:
+    def __init__(self, context: Context, *, compressed: bool = True) -> None:
         """Join the graph."""
-        rules = [word for rule in remaps for word in ('--remap', rule)]
-        self._context = context
         self._executor = SingleThreadedExecutor(context=context)
         self._nodes = {
-            name: Node(
-                name,
-                context=context,
-                cli_args=['--ros-args', *rules] if rules else None,
-                enable_rosout=False,
-                start_parameter_services=False,
-            )
-            for name in _SAID
+            name: Node(name, context=context, enable_rosout=False, start_parameter_services=False)
+            for name in _PUBLISHED
         }
-        self._outboxes: dict[str, Outbox] = {}
         self._publishers: dict[str, Any] = {}
         for name, node in self._nodes.items():
             self._executor.add_node(node)
-            if glimpses:
-                picture = topics.IMAGE if name == ROBOT else None
-                self._outboxes[name] = Outbox(Glimpse(node, history=_HISTORY, picture=picture))
-            for topic, message_type in _SAID[name].items():
-                self._publishers[topic] = node.create_publisher(message_type, topic, DEEP_QOS)
+            for topic, message_type in _PUBLISHED[name].items():
+                if compressed or topic != topics.COMPRESSED_IMAGE:
+                    self._publishers[topic] = node.create_publisher(message_type, topic, DEEP_QOS)
         node = self._nodes[CONTROLLER]
-        self._actions = node.create_publisher(DiagnosticArray, topics.TRANSITION, DEEP_QOS)
+        self._transitions = node.create_publisher(DiagnosticArray, topics.TRANSITION, DEEP_QOS)
 
-    def say(self, tick: int, truth: Pose2 | None = None) -> None:
-        """Say all of a tick.
+    def publish_tick(self, tick: int, truth: Pose2 | None = None) -> None:
+        """Publish all messages of a tick.
 
         Args:
             tick: Its number.
-            truth: Where the robot is; None for `pose_at`.
+            truth: True pose of the robot; None for `pose_at`.
         """
-        said = _tick(tick, truth or pose_at(tick))
-        for name, topics_of in _SAID.items():
-            messages = [(self._publishers[topic], said[topic]) for topic in topics_of]
-            outbox = self._outboxes.get(name)
-            if outbox is None:
-                for publisher, message in messages:
-                    publisher.publish(message)
-                continue
-            outbox.open(tick * PERIOD_NS)
-            for publisher, message in messages:
-                outbox.send(publisher, message)
-            outbox.close()
+        messages = _tick(tick, truth or pose_at(tick))
+        for topic, publisher in self._publishers.items():
+            publisher.publish(messages[topic])
 
-    def relay(self, source: str, target: str) -> None:
-        """Send on what is said on a topic, as somebody's filter does."""
-        message_type = next(types[target] for types in _SAID.values() if target in types)
-        node = Node('filter', context=self._context, enable_rosout=False)
-        publisher = node.create_publisher(message_type, target, DEEP_QOS)
-        node.create_subscription(message_type, source, publisher.publish, DEEP_QOS, raw=True)
-        self._nodes[target] = node
-        self._executor.add_node(node)
+    def publish_transition(self, tick: int, transition: Transition) -> None:
+        """Publish a finished action with the stamp of a tick."""
+        self._transitions.publish(transition_to_msg(transition, tick * PERIOD_NS))
 
-    def act(self, tick: int, transition: Transition) -> None:
-        """Say that an action has ended."""
-        self._actions.publish(transition_to_msg(transition, tick * PERIOD_NS))
-
-    def serve(self) -> None:
+    def spin_once(self) -> None:
         """Serve what is due."""
         self._executor.spin_once(timeout_sec=0.01)
 
@@ -158,8 +127,8 @@ class SpokenGraph:
             node.destroy_node()
 
 
-def _tick(tick: int, truth: Pose2) -> dict[str, bytes]:
-    """Return what is said in a tick, by topic; one bumper is always pressed."""
+def _tick(tick: int, truth: Pose2) -> dict[str, Any]:
+    """Return the messages of a tick by topic; one bumper is always pressed."""
     stamp_ns = tick * PERIOD_NS
     head = HeadAngles(turret_rad=0.01 * tick, pan_rad=0.0, tilt_rad=0.0)
     state = RegionState(
@@ -175,6 +144,12 @@ def _tick(tick: int, truth: Pose2) -> dict[str, bytes]:
         covariance=np.diag((1e-4, 1e-4, 1e-4)),
     )
     led = LandmarkObservation(u_px=float(tick), v_px=1.0, peak_dn=200.0)
+    image = np.full((3, 4), tick % 256, np.uint8)
+    jpeg = CompressedImage(
+        header=header(stamp_ns, topics.CAMERA_FRAME),
+        format='jpeg',
+        data=array('B', cv2.imencode('.jpg', image)[1].tobytes()),
+    )
     pressed = [number == 4 for number in range(20)]
     return {
         topics.CLOCK: clock_to_raw(stamp_ns),
@@ -183,7 +158,8 @@ def _tick(tick: int, truth: Pose2) -> dict[str, bytes]:
         topics.JOINT_STATES: head_to_raw(head, stamp_ns),
         topics.BUMPERS: bumpers_to_raw(pressed, stamp_ns, body_radius_m=0.2, scan_time_s=0.04),
         topics.CAMERA_INFO: camera_to_raw(_CAMERA, stamp_ns),
-        topics.IMAGE: image_to_raw(np.full((3, 4), tick % 256, np.uint8), stamp_ns),
+        topics.IMAGE: image_to_raw(image, stamp_ns),
+        topics.COMPRESSED_IMAGE: jpeg,
         topics.POSE: estimate_to_raw(estimate, stamp_ns),
         topics.HEAD_COMMAND: head_to_raw(head, stamp_ns),
         topics.LANDMARKS: landmarks_to_raw([led, None, None], stamp_ns),
