@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 import importlib
 from pathlib import Path
 import sys
-from types import ModuleType
 from typing import Any, Final
 
 from goalreach_bringup import cli
+from goalreach_bringup.command import Command
+from goalreach_lab.row import BenchRow
 
 SUMMARY = 'Measure this machine against floors and peers; studies behind the documents'
 
@@ -31,7 +34,11 @@ SUITES: Final[Mapping[str, str]] = {
     'soak': 'faults.soak_suite',
     'starts': 'faults.starts_suite',
 }
-"""Module of each suite; each has SUMMARY, `configure` and `execute`."""
+"""Module of each suite.
+
+Each has `SUMMARY`, `Options`, a subclass of `BenchOptions`, and `execute(options)`, which returns
+the rows; a suite may still have `configure(parser)` in place of `Options`.
+"""
 
 _DEFAULT = 'performance'
 
@@ -43,36 +50,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Of the command line, or None for the process's own.
     """
     given = sys.argv[1:] if arguments is None else arguments
-    return cli.run_command(sys.modules[__name__], 'bench', given)
+    suites = {name: _load(name) for name in SUITES}
+    command = replace(suites[_DEFAULT], summary=SUMMARY, subcommands=suites)
+    return cli.run_command(command, 'bench', given)
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add one sub-command per suite, each with its own options; without one, those of all rows."""
-    json_option: dict[str, Any] = {
-        'type': Path,
-        'metavar': 'FILE',
-        'help': 'write the rows as JSON',
-    }
-    parser.add_argument('--json', **json_option)
-    _load(_DEFAULT).configure(parser)
-    choice = parser.add_subparsers(dest='suite', metavar='SUITE')
-    for name in SUITES:
-        suite = _load(name)
-        sub = choice.add_parser(
-            name,
-            help=suite.SUMMARY,
-            description=suite.SUMMARY,
-            formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-        )
-        sub.add_argument('--json', **json_option)
-        suite.configure(sub)
+def _load(name: str) -> Command:
+    suite = importlib.import_module(f'goalreach_lab.{SUITES[name]}')
+    options = getattr(suite, 'Options', None)
+    return Command(
+        summary=suite.SUMMARY,
+        options=options,
+        execute=partial(_execute, name, suite.execute),
+        configure=None if options else partial(_configure, suite.configure),
+    )
 
 
-def _load(name: str) -> ModuleType:
-    return importlib.import_module(f'goalreach_lab.{SUITES[name]}')
+def _configure(
+    configure: Callable[[argparse.ArgumentParser], None], parser: argparse.ArgumentParser
+) -> None:
+    parser.add_argument('--json', type=Path, default=argparse.SUPPRESS, metavar='FILE')
+    configure(parser)
 
 
-def execute(options: argparse.Namespace) -> int:
+def _execute(
+    name: str,
+    execute: Callable[[Any], list[BenchRow]],
+    options: Any,
+) -> int:
     """Run a suite; return 0 where every row with a goal meets it, else 1.
 
     Raises:
@@ -83,12 +88,13 @@ def execute(options: argparse.Namespace) -> int:
     from goalreach_lab.report import rows_to_json, show_rows
     from goalreach_msgs_py.files import require_writable
 
-    if options.json is not None:
-        require_writable(options.json)
-    suite = options.suite or _DEFAULT
-    with at_work(f'bench {suite}'):
-        rows = _load(suite).execute(options)
+    options.__dict__.setdefault('seed', 0)
+    json = getattr(options, 'json', None)
+    if json is not None:
+        require_writable(json)
+    with at_work(f'bench {name}'):
+        rows = execute(options)
     show_rows(rows)
-    if options.json is not None:
-        write_summary(options.json, rows_to_json(rows, seed=options.seed))
+    if json is not None:
+        write_summary(json, rows_to_json(rows, seed=options.seed))
     return 1 if any(row.met is False for row in rows) else 0

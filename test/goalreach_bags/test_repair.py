@@ -26,7 +26,7 @@ from small_bags import string_topic, text_message
 from goalreach_bags.writer import BagWriter
 from goalreach_bags.topic import StorageOptions
 
-options = StorageOptions(storage=sys.argv[2], zstd=sys.argv[3] == 'zstd', max_bytes=9_000_000)
+options = StorageOptions(storage=sys.argv[2], zstd=sys.argv[3] == 'zstd', max_size=9.0)
 writer = BagWriter(sys.argv[1], options)
 writer.add_topic(string_topic())
 flush = writer._flush
@@ -139,7 +139,7 @@ def test_indexes_that_were_never_written_are_made(tmp_path: Path) -> None:
 
 
 def test_missing_summary_alone_is_written_again(tmp_path: Path) -> None:
-    write_bag(tmp_path / 'bag', texts(5), max_duration_ns=3_000_000)
+    write_bag(tmp_path / 'bag', texts(5), max_duration=0.003)
     before = (tmp_path / 'bag' / 'metadata.yaml').read_text()
     (tmp_path / 'bag' / 'metadata.yaml').unlink()
 

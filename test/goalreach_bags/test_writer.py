@@ -53,7 +53,7 @@ def test_mcap_is_read_by_mcaps_own_reader(tmp_path: Path, *, zstd: bool) -> None
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
 def test_bag_is_read_by_rosbags(tmp_path: Path, storage: str, *, zstd: bool) -> None:
     messages = texts(30, BIG)
-    write_bag(tmp_path / 'bag', messages, storage=storage, zstd=zstd, max_bytes=1_000_000)
+    write_bag(tmp_path / 'bag', messages, storage=storage, zstd=zstd, max_size=1.0)
 
     with Reader(tmp_path / 'bag') as reader:
         found = [(c.topic, t, bytes(data)) for c, t, data in reader.messages()]
@@ -86,7 +86,7 @@ def test_sqlite_has_the_tables_of_jazzy(tmp_path: Path) -> None:
 
 
 def test_summary_is_that_of_jazzy(tmp_path: Path) -> None:
-    write_bag(tmp_path / 'bag', texts(3), custom={'note': 'x'}, max_duration_ns=2_000_000)
+    write_bag(tmp_path / 'bag', texts(3), custom={'note': 'x'}, max_duration=0.002)
 
     text = (tmp_path / 'bag' / 'metadata.yaml').read_text()
     information = yaml.safe_load(text)['rosbag2_bagfile_information']
@@ -105,7 +105,7 @@ def test_summary_is_that_of_jazzy(tmp_path: Path) -> None:
 
 
 def test_splits_hold_everything_once(tmp_path: Path) -> None:
-    metadata = write_bag(tmp_path / 'bag', texts(100, 5000), max_bytes=100_000)
+    metadata = write_bag(tmp_path / 'bag', texts(100, 5000), max_size=0.1)
 
     assert [span.message_count for span in metadata.files] == [20, 20, 20, 20, 20]
     with BagReader(tmp_path / 'bag') as bag:

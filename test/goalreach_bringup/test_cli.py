@@ -35,7 +35,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
         (['run', '--params-file', 'missing.yaml'], 'missing.yaml: cannot be read'),
         (['run', '--summary', '/missing/out.json'], '/missing/out.json: cannot be written'),
         (['evaluate', '--json', '/missing/out.json'], '/missing/out.json: cannot be written'),
-        (['evaluate', '--starts', 'random:0'], "--starts = 'random:0'"),
+        (['evaluate', '--starts', 'random:0'], "starts = 'random:0'"),
         (['evaluate', '--noise', 'loud'], 'loud: is no preset'),
         (['evaluate', '--jobs', '0'], '--jobs = 0'),
         (['evaluate', '--policy', 'missing.json'], 'missing.json: cannot be read'),

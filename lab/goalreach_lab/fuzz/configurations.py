@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 from typing import Any, Final
 
 import numpy as np
 
+from goalreach_bringup.command import Command
 from goalreach_bringup.commands import run
 from goalreach_bringup.launch.options import parse_start
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters
@@ -82,7 +82,7 @@ def _worse(value: Any, rng: np.random.Generator) -> Any:
 def _run_parameters(rng: np.random.Generator) -> object:
     """Plan a run with a parameter file that holds anything."""
     arena, seeds = Arena(), RunSeeds.spawn(int(rng.integers(2**31)))
-    options = run._options(_parse([]))  # noqa: SLF001 - what the command makes of its options
+    options = run.Options()
     starts = choose_starts(options, arena, seeds)
     sound = plan_parameters(
         options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user={}
@@ -97,14 +97,12 @@ def _run_parameters(rng: np.random.Generator) -> object:
     return parameters
 
 
-def _parse(words: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog='goalreach run')
-    parser.add_argument('--seed', type=int, default=0)
-    run.configure(parser)
+def _parse(words: list[str]) -> Any:
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
-            return parser.parse_args(words)
+            _, options = Command.of_module(run).parse('goalreach run', words)
+            return options
     except SystemExit:
         raise _RefusedError(said.getvalue().strip().splitlines()[-1][:1000]) from None
 
@@ -115,7 +113,7 @@ def _options(rng: np.random.Generator) -> object:
         words.append(_WORDS[rng.integers(len(_WORDS))])
         if rng.random() < 0.8:  # noqa: PLR2004
             words.append(_VALUES[rng.integers(len(_VALUES))])
-    options = run._options(_parse(words))  # noqa: SLF001
+    options = _parse(words)
     require_finite(options.start_poses, 'start')
     return options
 

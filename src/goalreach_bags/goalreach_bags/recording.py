@@ -1,4 +1,4 @@
-"""What a recording is asked to be, and what came of it."""
+"""Topics of a run that a recording expects, and the result of a recording."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import json
 from pathlib import Path
 from typing import Final
 
-from goalreach_bags.topic import StorageOptions, TopicSelection
 from goalreach_msgs_py import topics
 
 TICK_TOPICS: Final = (
@@ -40,29 +39,6 @@ RUN_TOPICS: Final = (
 LOST_KEY: Final = 'goalreach.lost'
 CLOCK_KEY: Final = 'goalreach.clock'
 PARAMETERS_KEY: Final = 'goalreach.parameters'
-
-
-@dataclass(frozen=True, kw_only=True)
-class RecordOptions:
-    """Options of a recording.
-
-    Attributes:
-        path: The bag to make.
-        selection: Which topics.
-        storage: How they are kept.
-        sim_time: Whether to take times from `/clock`; None: where there is one.
-        duration_s: Wall seconds after which to end by itself, or None.
-        with_run: 'lockstep' or 'realtime' where the recorder belongs to a run that waits for it.
-        parameters: Parameter file of the run, kept in the bag as text.
-    """
-
-    path: Path
-    selection: TopicSelection
-    storage: StorageOptions
-    sim_time: bool | None = None
-    duration_s: float | None = None
-    with_run: str | None = None
-    parameters: str = ''
 
 
 @dataclass(frozen=True, kw_only=True)

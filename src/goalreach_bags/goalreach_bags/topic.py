@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import errno
 from functools import lru_cache
 import importlib
+import math
 import os
 from pathlib import Path
 import re
@@ -17,6 +18,7 @@ import yaml
 
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, GoalreachError
 from goalreach_msgs_py.files import load_yaml
+from goalreach_msgs_py.options import CommandOptions, option
 
 INFINITE_NS: Final = 2**63 - 1
 """A duration without end; rosbag2 writes it as 9223372036 s and 854775807 ns."""
@@ -138,21 +140,25 @@ class TopicSelection:
 
     Hidden topics, those with a part that begins with an underscore, are meant only by name.
 
-    Attributes:
-        names: Names, with or without the leading slash.
-        patterns: Regular expressions that must match somewhere in the name.
-        exclude: Regular expressions that must not.
     """
 
-    names: tuple[str, ...] = ()
-    patterns: tuple[str, ...] = ()
-    exclude: tuple[str, ...] = ()
+    names: tuple[str, ...] = option(
+        (), 'topics by name, with or without the leading slash (default: all)', flag='--topics',
+        metavar='NAME',
+    )  # fmt: skip
+    patterns: tuple[str, ...] = option(
+        (), 'topics whose name matches; repeatable', flag='--regex', metavar='PATTERN',
+        repeatable=True,
+    )  # fmt: skip
+    exclude: tuple[str, ...] = option(
+        (), 'leave out topics whose name matches; repeatable', metavar='PATTERN', repeatable=True
+    )
 
     def __post_init__(self) -> None:
         """Check the patterns."""
-        for option, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
+        for flag, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
             for pattern in patterns:
-                _require_pattern(option, pattern)
+                _require_pattern(flag, pattern)
 
     def includes(self, topic: str) -> bool:
         """Return whether a topic is meant."""
@@ -171,31 +177,39 @@ class TopicSelection:
         return frozenset(name if name.startswith('/') else f'/{name}' for name in self.names)
 
 
-def _require_pattern(option: str, pattern: str) -> None:
+def _require_pattern(flag: str, pattern: str) -> None:
     try:
         re.compile(pattern)
     except re.error as error:
-        raise ConfigurationError(option, pattern, f'a pattern: {error}') from None
+        raise ConfigurationError(flag, pattern, f'a pattern: {error}') from None
 
 
+_BYTES_PER_MB: Final = 1_000_000
 STORAGES: Final = ('mcap', 'sqlite3')
 
 
 @dataclass(frozen=True, kw_only=True)
-class StorageOptions:
-    """How a bag is kept.
+class StorageOptions(CommandOptions):
+    """Storage format of a bag, its compression, and when it is split into further files."""
 
-    Attributes:
-        storage: 'mcap' or 'sqlite3'.
-        zstd: Whether to compress: MCAP by the chunk, SQLite by the message, as rosbag2 does.
-        max_bytes: Size at which a new file is begun, or None.
-        max_duration_ns: Time after which a new file is begun, or None.
-    """
+    storage: str = option('mcap', 'storage format', choices=STORAGES)
+    zstd: bool = option(
+        False, 'compress: MCAP by the chunk, SQLite by the message, as rosbag2 does'
+    )
+    max_size: float | None = option(None, 'start a new file at this size', metavar='MB', above=0.0)
+    max_duration: float | None = option(
+        None, 'start a new file after this time, seconds', metavar='S', above=0.0
+    )
 
-    storage: str = 'mcap'
-    zstd: bool = False
-    max_bytes: int | None = None
-    max_duration_ns: int | None = None
+    @property
+    def max_bytes(self) -> float:
+        """Size at which a new file is started."""
+        return math.inf if self.max_size is None else self.max_size * _BYTES_PER_MB
+
+    @property
+    def max_duration_ns(self) -> float:
+        """Duration after which a new file is started."""
+        return math.inf if self.max_duration is None else self.max_duration * _NS_PER_S
 
 
 class StorageFile(Protocol):

@@ -178,10 +178,8 @@ class BagWriter:
         options = self._options
         if not self._counts:
             return False
-        if options.max_bytes is not None and self._storage.size >= options.max_bytes:
-            return True
         lasts_ns = time_ns - self._first_ns
-        return options.max_duration_ns is not None and lasts_ns >= options.max_duration_ns
+        return self._storage.size >= options.max_bytes or lasts_ns >= options.max_duration_ns
 
     def _flush(self) -> None:
         self._flushed_s = self._now()

@@ -9,9 +9,9 @@ import importlib
 import os
 import signal
 import sys
-from types import ModuleType
 from typing import Final
 
+from goalreach_bringup.command import Command
 from goalreach_msgs_py.errors import GoalreachError
 
 COMMANDS: Final = (
@@ -31,6 +31,11 @@ _STATUS_INTERRUPTED = 130
 _PROGRAM = 'goalreach'
 
 
+def load_command(name: str) -> Command:
+    """Return the command of a name, from its module in `commands`."""
+    return Command.of_module(importlib.import_module(f'goalreach_bringup.commands.{name}'))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -38,15 +43,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The command's name and its arguments, or None for the process's own.
 
     Returns:
-        The exit status: 0 for success; a mistake of the user, told in one line, has the status
-        of its error, usually 2.
+        The exit status: 0 for success; after a mistake of the user, reported in one line, the
+        status of its error, usually 2.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and given[0] in COMMANDS:
-        return run_command(_load(given[0]), given[0], given[1:])
+        return run_command(load_command(given[0]), given[0], given[1:])
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
-        description='A robot learns to reach its goal by what it sees, on ROS 2.',
+        description='A robot learns to reach a goal that it sees, on ROS 2.',
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog=_list_of_commands(),
     )
@@ -57,39 +62,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _list_of_commands() -> str:
     width = max(map(len, COMMANDS))
-    lines = [f'  {name:<{width}}  {_load(name).SUMMARY}' for name in COMMANDS]
+    lines = [f'  {name:<{width}}  {load_command(name).summary}' for name in COMMANDS]
     return 'commands:\n' + '\n'.join(lines)
 
 
-def _load(name: str) -> ModuleType:
-    return importlib.import_module(f'goalreach_bringup.commands.{name}')
-
-
-def run_command(command: ModuleType, name: str, arguments: Sequence[str]) -> int:
+def run_command(command: Command, name: str, arguments: Sequence[str]) -> int:
     """Parse the options of a command and execute it; report a mistake of the user in one line.
 
     Args:
-        command: Module with `SUMMARY`, `configure` and `execute`.
-        name: What the user calls it.
+        command: The command.
+        name: Its name on the command line.
         arguments: Its arguments.
 
     Returns:
         The exit status.
     """
-    parser = argparse.ArgumentParser(
-        prog=f'{_PROGRAM} {name}',
-        description=command.SUMMARY,
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    if name != 'ros2':
-        parser.add_argument(
-            '--seed', type=int, default=0, help='seed of everything random, for a repeatable run'
-        )
-    command.configure(parser)
-    options = parser.parse_args(arguments)
     try:
-        status = int(command.execute(options))
-        sys.stdout.flush()  # or a reader that has gone is noticed only when the interpreter ends
+        status = command.run(f'{_PROGRAM} {name}', arguments)
+        sys.stdout.flush()  # a closed pipe is noticed here, not when the interpreter ends
     except GoalreachError as error:
         sys.stderr.write(f'{_PROGRAM} {name}: {error}\n')
         return error.status

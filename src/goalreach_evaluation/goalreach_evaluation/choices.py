@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -23,6 +23,7 @@ from goalreach_msgs_py.errors import (
 )
 from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
+from goalreach_msgs_py.options import option
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.regions import region_name
 
@@ -31,10 +32,10 @@ _KNOT_TOLERANCE_M = 1e-6
 """Knots in files are rounded; a smaller difference is no difference. Chosen."""
 
 
-def add_arena_option(parser: argparse.ArgumentParser) -> None:
-    """Add `--arena` to a command."""
+def arena_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
+    """Return the option `--arena` of a command, a text."""
     text = f'arena to drive in: {", ".join(arena_names())}, or a YAML file'
-    parser.add_argument('--arena', default='paper', metavar='NAME|FILE', help=text)
+    return option('paper', text, metavar='NAME|FILE')
 
 
 def arena_names() -> list[str]:

@@ -108,12 +108,17 @@ def _check(name: str, value: object, default: object, info: ParameterInfo) -> No
         if not isinstance(value, tuple) or (info.length is not None and len(value) != info.length):
             raise ConfigurationError(name, value, info.allowed('a number'))
         for element in value:
-            _check_number(name, element, info, integer=False)
+            check_number(name, element, info, integer=False)
     else:
-        _check_number(name, value, info, integer=isinstance(default, int))
+        check_number(name, value, info, integer=isinstance(default, int))
 
 
-def _check_number(name: str, value: object, info: ParameterInfo, *, integer: bool) -> None:
+def check_number(name: str, value: object, info: ParameterInfo, *, integer: bool) -> None:
+    """Check that a value is a finite number within the range of its field.
+
+    Raises:
+        ConfigurationError: It is not.
+    """
     kind = 'a whole number' if integer else 'a number'
     accepted = (int,) if integer else (int, float)
     if isinstance(value, bool) or not isinstance(value, accepted) or not _is_finite(value):

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import argparse
 import json
 import os
 from pathlib import Path
@@ -9,6 +8,7 @@ import sys
 
 import pytest
 
+from goalreach_bringup.command import Command
 from goalreach_bringup.commands import ros2
 
 REAL = f"""\
@@ -20,15 +20,15 @@ sys.exit(3)
 """
 
 
-def parsed(*arguments: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    ros2.configure(parser)
-    return parser.parse_args(arguments)
+def parsed(*arguments: str) -> ros2.Options:
+    _, options = Command.of_module(ros2).parse('goalreach ros2', arguments)
+    assert isinstance(options, ros2.Options)
+    return options
 
 
 def test_all_arguments_are_for_ros2() -> None:
-    assert parsed('topic', 'echo', '--once', '/a').arguments == ['topic', 'echo', '--once', '/a']
-    assert parsed('topic', '--help').arguments == ['topic', '--help']
+    assert parsed('topic', 'echo', '--once', '/a').arguments == ('topic', 'echo', '--once', '/a')
+    assert parsed('topic', '--help').arguments == ('topic', '--help')
 
 
 def test_the_real_ros2_is_started_in_its_own_environment(tmp_path: Path) -> None:

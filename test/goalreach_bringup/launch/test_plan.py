@@ -17,23 +17,7 @@ from goalreach_msgs_py.values import Pose2
 
 ARENA = Arena()
 SEEDS = RunSeeds.spawn(7)
-OPTIONS = RunOptions(
-    seed=7,
-    policy=None,
-    arena='paper',
-    mode=None,
-    paths=0,
-    starts='paper',
-    start_poses=(),
-    clock=None,
-    speed=None,
-    noise='nominal',
-    learn=False,
-    composed=False,
-    params_file=None,
-    summary=None,
-    quiet=False,
-)
+OPTIONS = RunOptions(seed=7)
 
 
 def planned(user: dict[str, dict[str, Any]] | None = None, **changes: Any) -> Any:  # noqa: ANN401

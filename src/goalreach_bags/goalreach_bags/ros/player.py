@@ -6,9 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import itertools
-import math
 import os
-from pathlib import Path
 import select
 import sys
 import termios
@@ -23,58 +21,17 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 
 from goalreach_bags.decode import Decoder
+from goalreach_bags.options import ReplayOptions
 from goalreach_bags.reader import BagMessage, BagReader
 from goalreach_bags.ros.channels import publisher_profile
-from goalreach_bags.topic import BagError, TopicSelection
+from goalreach_bags.topic import BagError
 from goalreach_evaluation.terminal import progress_bar
-from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.ros.common_messages import stamp_to_msg
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.node import StopRequest
 from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import CLOCK
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReplayOptions:
-    """Options of a replay.
-
-    Attributes:
-        path: The bag.
-        selection: Which topics.
-        rate: Seconds of the bag per second of the wall clock.
-        loop: Whether to begin again at the end.
-        start_s: Where to begin, seconds after the first message.
-        duration_s: How much to play, seconds of the bag; all if None.
-        clock: Whether to publish `/clock`.
-        paused: Whether to begin with a pause.
-        delay_s: Wall seconds for subscribers to connect before the first message.
-        quiet: Whether to show no progress.
-    """
-
-    path: Path
-    selection: TopicSelection
-    rate: float = 1.0
-    loop: bool = False
-    start_s: float = 0.0
-    duration_s: float | None = None
-    clock: bool = False
-    paused: bool = False
-    delay_s: float = 0.5
-    quiet: bool = False
-
-    def __post_init__(self) -> None:
-        """Check what argparse cannot."""
-        if not (self.rate > 0.0 and math.isfinite(self.rate)):
-            raise ConfigurationError('--rate', self.rate, 'greater than 0')
-        if not self.start_s >= 0.0:
-            raise ConfigurationError('--start', self.start_s, 'at least 0')
-        if self.duration_s is not None and not self.duration_s > 0.0:
-            raise ConfigurationError('--duration', self.duration_s, 'greater than 0')
-        if not self.delay_s >= 0.0:
-            raise ConfigurationError('--delay', self.delay_s, 'at least 0')
-
 
 _NS_PER_S = 1_000_000_000
 
@@ -167,10 +124,10 @@ class Player(Node):
             raise BagError(bag.path, 'holds no message of what is to be replayed')
         Decoder(bag.topics[name] for name in names)
         self._names = names
-        self._first_ns = bag.first_ns + round(options.start_s * _NS_PER_S_player)
+        self._first_ns = bag.first_ns + round(options.start * _NS_PER_S_player)
         self._stop_ns = bag.last_ns + 1
-        if options.duration_s is not None:
-            lasts_ns = round(options.duration_s * _NS_PER_S_player)
+        if options.duration is not None:
+            lasts_ns = round(options.duration * _NS_PER_S_player)
             self._stop_ns = min(self._stop_ns, self._first_ns + lasts_ns)
         if self._first_ns >= self._stop_ns:
             lasts_s = (bag.last_ns - bag.first_ns) / _NS_PER_S_player
@@ -203,7 +160,7 @@ class Player(Node):
                 change the rate, q ends.
             watch: Called with the nanoseconds of the bag that were played since the last call.
         """
-        time.sleep(self._options.delay_s)
+        time.sleep(self._options.delay)
         sent = 0
         while True:
             sent += self._play_once(is_over, key, watch)
@@ -358,7 +315,7 @@ def replay(options: ReplayOptions) -> str:
         GoalreachError: The bag cannot be read, or holds nothing to replay.
     """
     stop = StopRequest()
-    with BagReader(options.path) as bag:
+    with BagReader(options.bag) as bag:
         os.environ.setdefault(_PROFILES, fast_dds_profile())
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         player = None
@@ -383,4 +340,4 @@ def _play(player: Player, options: ReplayOptions, stop: StopRequest) -> str:
         sent = player.play(
             lambda: stop.requested, keyboard.key, lambda passed_ns: advance(passed_ns // _MS)
         )
-    return f'replayed {sent} messages in {time.monotonic() - began_s:.1f} s: {options.path}'
+    return f'replayed {sent} messages in {time.monotonic() - began_s:.1f} s: {options.bag}'

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 import os
+from pathlib import Path
 import time
 from typing import Final
 
@@ -15,12 +16,12 @@ from rich.console import Console
 from rich.status import Status
 
 from goalreach_bags.decode import Canonical, stamp_of
+from goalreach_bags.options import RecordOptions
 from goalreach_bags.recording import (
     PARAMETERS_KEY,
     RUN_TOPICS,
     TICK_TOPICS,
     RecordingResult,
-    RecordOptions,
 )
 from goalreach_bags.ros.channels import Arrival, Channels
 from goalreach_bags.tick_order import TickOrder
@@ -59,14 +60,15 @@ class Recorder(Node):
         """Make the bag."""
         super().__init__(RECORDER, start_parameter_services=False, enable_rosout=False)
         self._options = options
-        self._writer = BagWriter(options.path, options.storage)
+        self._path = options.bag or Path(time.strftime('goalreach-%Y-%m-%d-%H-%M-%S'))
+        self._writer = BagWriter(self._path, options.storage)
         if options.parameters:
             self._writer.custom[PARAMETERS_KEY] = options.parameters
         self._channels = Channels(self, options.selection)
         self._added: set[str] = set()
         self._counts: dict[str, int] = {}
         self._clock_ns: int | None = None
-        self._sim_time = options.with_run is not None or options.sim_time
+        self._sim_time = options.with_run is not None or options.use_sim_time
         self._held: list[Arrival] = []
         self._order = TickOrder(TICK_TOPICS) if options.with_run == 'lockstep' else None
         self._acknowledger: Acknowledger | None = None
@@ -228,7 +230,7 @@ class Recorder(Node):
     def _result(self) -> RecordingResult:
         total = self._writer.metadata().total
         return RecordingResult(
-            path=self._options.path,
+            path=self._path,
             counts=total.counts,
             lost=self._channels.lost(),
             duration_s=total.duration_ns * 1e-9,
@@ -253,7 +255,7 @@ def record(options: RecordOptions) -> RecordingResult:
     began_s = time.monotonic()
 
     def is_over() -> bool:
-        limit_s = options.duration_s
+        limit_s = options.duration
         return stop.requested or (limit_s is not None and time.monotonic() - began_s >= limit_s)
 
     console = Console(stderr=True)

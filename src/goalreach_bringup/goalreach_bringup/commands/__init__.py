@@ -1,1 +1,1 @@
-"""One module per command: `SUMMARY`, `configure(parser)`, `execute(arguments) -> status`."""
+"""One module per command: `SUMMARY`, `Options`, `execute(options) -> status`."""

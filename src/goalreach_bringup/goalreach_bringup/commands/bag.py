@@ -1,74 +1,66 @@
-"""The `bag` command: what is in a bag, without a graph."""
+"""The `bag` command: inspects a bag without a graph."""
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-SUMMARY = 'Look into a bag: info, plot, export, compare; make a reference'
+from goalreach_bringup.command import Command
+from goalreach_msgs_py.options import REQUIRED, CommandOptions, SeededOptions, option
+
+SUMMARY = 'Inspect a bag: info, plot, export, compare; make a reference'
 
 _REFERENCE_START = '0.6,2.0,-90'
 """Chosen: a short path, about five seconds, that turns and crosses a border."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add one sub-command per verb."""
-    verbs = parser.add_subparsers(dest='verb', metavar='VERB', required=True)
-    info = verbs.add_parser('info', help='topics, counts, rates, losses')
-    info.add_argument('bag', type=Path, metavar='DIR')
-    plot = verbs.add_parser('plot', help='figures of a run: path, error, memberships, headings, Q')
-    plot.add_argument('bag', type=Path, metavar='DIR')
-    plot.add_argument('--out', type=Path, metavar='DIR', help='where to (default: DIR-figures)')
-    export = verbs.add_parser('export', help='a topic as CSV or Parquet')
-    export.add_argument('bag', type=Path, metavar='DIR')
-    export.add_argument('topic', metavar='TOPIC')
-    export.add_argument('--out', type=Path, metavar='FILE', help='.csv (default) or .parquet')
-    export.add_argument(
-        '--max-array', type=int, default=64, metavar='N', help='leave longer arrays out'
-    )
-    reference = verbs.add_parser(
-        'reference', help='drive one short path in lockstep and record it, for replay --recompute'
-    )
-    reference.add_argument('bag', type=Path, metavar='DIR')
-    reference.add_argument('--composed', action='store_true', help='all nodes in one process')
-    _configure_compare(
-        verbs.add_parser(
-            'compare', help='whether two bags hold the same messages, and where they first differ'
-        )
-    )
+@dataclass(frozen=True, kw_only=True)
+class BagOptions(CommandOptions):
+    """Options of `bag info`."""
+
+    bag: Path = option(REQUIRED, 'the bag', positional=True, metavar='DIR')
 
 
-def _configure_compare(compare: argparse.ArgumentParser) -> None:
-    add = compare.add_argument
-    add('bag', type=Path, metavar='A')
-    add('other', type=Path, metavar='B')
-    add('--topics', nargs='+', default=(), metavar='NAME', help='only these')
-    add(
-        '--exclude',
-        action='append',
-        metavar='PATTERN',
-        help='topics to leave out (default: /rosout and /parameter_events)',
-    )
-    add('--ignore-times', action='store_true', help='compare the messages, not when they came')
+@dataclass(frozen=True, kw_only=True)
+class PlotOptions(BagOptions):
+    """Options of `bag plot`."""
+
+    out: Path | None = option(None, 'folder for the files (default: DIR-figures)', metavar='DIR')
 
 
-def execute(options: argparse.Namespace) -> int:
-    """Do what the verb says.
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions(BagOptions):
+    """Options of `bag export`."""
 
-    Raises:
-        GoalreachError: A bag cannot be read, or a file cannot be written.
-    """
-    verbs = {
-        'info': _info,
-        'plot': _plot,
-        'export': _export,
-        'reference': _reference,
-        'compare': _compare,
-    }
-    return verbs[options.verb](options)
+    topic: str = option(REQUIRED, 'topic to export', positional=True, metavar='TOPIC')
+    out: Path | None = option(None, '.csv (default) or .parquet file')
+    max_array: int = option(64, 'leave out longer arrays')
 
 
-def _info(options: argparse.Namespace) -> int:
+@dataclass(frozen=True, kw_only=True)
+class ReferenceOptions(BagOptions, SeededOptions):
+    """Options of `bag reference`."""
+
+    composed: bool = option(False, 'all nodes in one process')
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions(CommandOptions):
+    """Options of `bag compare`."""
+
+    bag: Path = option(REQUIRED, 'first bag', positional=True, metavar='A')
+    other: Path = option(REQUIRED, 'second bag', positional=True, metavar='B')
+    topics: tuple[str, ...] = option((), 'compare only these', metavar='NAME')
+    exclude: tuple[str, ...] = option(
+        (), 'topics to leave out; repeatable (default: /rosout and /parameter_events)',
+        metavar='PATTERN', repeatable=True,
+    )  # fmt: skip
+    ignore_times: bool = option(False, 'compare the messages, not their times')
+
+
+def _info(options: BagOptions) -> int:
     from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_bag
 
@@ -77,7 +69,7 @@ def _info(options: argparse.Namespace) -> int:
     return 0
 
 
-def _plot(options: argparse.Namespace) -> int:
+def _plot(options: PlotOptions) -> int:
     from goalreach_bags.reader import BagReader
     from goalreach_bags.run_figures import run_figures
     from goalreach_bags.run_series import read_run_series
@@ -92,7 +84,7 @@ def _plot(options: argparse.Namespace) -> int:
     return 0
 
 
-def _export(options: argparse.Namespace) -> int:
+def _export(options: ExportOptions) -> int:
     from goalreach_bags.decode import Decoder
     from goalreach_bags.export import MessageTable, write_table
     from goalreach_bags.reader import BagReader
@@ -112,30 +104,55 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
-def _reference(options: argparse.Namespace) -> int:
-    from goalreach_bringup.commands import run
+def _reference(options: ReferenceOptions) -> int:
+    from goalreach_bringup.launch.options import RunOptions, parse_start
+    from goalreach_bringup.launch.ros.session import RunSession
 
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--seed', type=int)
-    run.configure(parser)
-    arguments = ['--seed', str(options.seed), '--clock', 'lockstep', '--quiet', '--paths', '1']
-    arguments += ['--start', _REFERENCE_START, '--record', str(options.bag)]
-    arguments += ['--composed'] * options.composed
-    return run.execute(parser.parse_args(arguments))
+    run = RunOptions(
+        seed=options.seed,
+        clock='lockstep',
+        quiet=True,
+        paths=1,
+        start_poses=(parse_start(_REFERENCE_START),),
+        record=options.bag,
+        composed=options.composed,
+    )
+    return RunSession(run).execute()
 
 
-def _compare(options: argparse.Namespace) -> int:
+def _compare(options: CompareOptions) -> int:
     """Print a table; return 1 where the bags differ."""
     from goalreach_bags.compare import WALL_CLOCK_TOPICS, compare_bags
     from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_comparison
     from goalreach_bags.topic import TopicSelection
 
-    exclude = options.exclude or [f'^{name}$' for name in WALL_CLOCK_TOPICS]
-    selection = TopicSelection(names=tuple(options.topics), exclude=tuple(exclude))
+    exclude = options.exclude or tuple(f'^{name}$' for name in WALL_CLOCK_TOPICS)
+    selection = TopicSelection(names=options.topics, exclude=exclude)
     with BagReader(options.bag) as first, BagReader(options.other) as second:
         comparisons = compare_bags(
             first, second, selection.includes, times=not options.ignore_times
         )
     show_comparison(comparisons)
     return 0 if all(comparison.same for comparison in comparisons) else 1
+
+
+SUBCOMMANDS: Final[Mapping[str, Command]] = {
+    'info': Command(summary='topics, counts, rates, losses', options=BagOptions, execute=_info),
+    'plot': Command(
+        summary='figures of a run: path, error, memberships, headings, Q',
+        options=PlotOptions,
+        execute=_plot,
+    ),
+    'export': Command(summary='a topic as CSV or Parquet', options=ExportOptions, execute=_export),
+    'reference': Command(
+        summary='drive one short path in lockstep and record it, for replay --recompute',
+        options=ReferenceOptions,
+        execute=_reference,
+    ),
+    'compare': Command(
+        summary='whether two bags hold the same messages, and where they first differ',
+        options=CompareOptions,
+        execute=_compare,
+    ),
+}

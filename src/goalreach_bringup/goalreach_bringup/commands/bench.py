@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-
+from goalreach_bringup.command import VerbatimOptions as Options
 from goalreach_msgs_py.errors import GoalreachError
 
-SUMMARY = 'Benchmarks and studies of goalreach itself; in a clone of the source only'
+SUMMARY = 'Benchmarks and studies of goalreach itself; only in a clone of the source'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Accept any arguments."""
-    parser.add_argument('arguments', nargs=argparse.REMAINDER, help='of scripts/bench.py')
-
-
-def execute(options: argparse.Namespace) -> int:  # noqa: ARG001 - every command has them
+def execute(options: Options) -> int:  # noqa: ARG001 - every command has them
     """Refuse.
 
     Raises:

@@ -2,46 +2,44 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 import os
 import secrets
 
-from goalreach_evaluation.choices import add_arena_option
+from goalreach_evaluation.choices import arena_option
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.options import CommandOptions, option
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
 
-_LARGEST_PORT = 65535
 
+@dataclass(frozen=True, kw_only=True)
+class Options(CommandOptions):
+    """Options of the command."""
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
-    add = parser.add_argument
-    add(
-        '--host',
-        default='127.0.0.1',
-        help='address to listen at; any but this machine alone needs a token, which is printed',
+    host: str = option(
+        '127.0.0.1',
+        'address to listen on; any address but this machine needs a token, which is printed',
+        metavar='ADDRESS',
     )
-    add(
-        '--port',
-        type=int,
-        metavar='N',
-        help='port; 0: any free one (default: the first from 8080)',
+    port: int | None = option(
+        None,
+        'port; 0: any free one (default: the first free one from 8080)',
+        minimum=0,
+        maximum=65535,
     )
-    add_arena_option(parser)
-    add('--controls', action='store_true', help=argparse.SUPPRESS)
+    arena: str = arena_option()
+    controls: bool = option(False, 'let the page drive, for the page of a run', hidden=True)
 
 
-def execute(options: argparse.Namespace) -> int:
+def execute(options: Options) -> int:
     """Serve the page until Ctrl-C.
 
     Raises:
-        GoalreachError: The web library is missing, or the address cannot be listened at.
+        GoalreachError: The web library is missing, or the address cannot be bound.
     """
-    if options.port is not None and not 0 <= options.port <= _LARGEST_PORT:
-        raise ConfigurationError('--port', options.port, 'from 0 to 65535')
     try:
-        import nicegui  # noqa: F401 - only whether it is there
+        import nicegui  # noqa: F401 - checks that it is installed
     except ModuleNotFoundError as error:
         reason = f'needs {error.name}: install the extra, pip install "goalreach[dashboard]"'
         raise GoalreachError(reason) from None
@@ -58,6 +56,6 @@ def execute(options: argparse.Namespace) -> int:
     arena = choose_arena(options.arena)
     listener = bind(options.host, options.port)
     port = int(listener.getsockname()[1])
-    shown = None if options.controls else token  # the launcher tells its own link
+    shown = None if options.controls else token  # the launcher prints its own link
     print(f'live page: {url(options.host, port, shown)}', flush=True)
     return serve(listener, arena=arena, token=token, local=local)

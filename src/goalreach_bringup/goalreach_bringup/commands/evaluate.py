@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
 
-from goalreach_bringup.launch.options import MODES
-from goalreach_evaluation.choices import add_arena_option
+from goalreach_evaluation.choices import arena_option
+from goalreach_learning.blending import MODES
+from goalreach_msgs_py.options import SeededOptions, option
 
 SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
-    add = parser.add_argument
-    add(
-        '--policy', type=Path, metavar='FILE', help='policy to drive; without it, learns one first'
-    )
-    add('--mode', choices=MODES, default='fuzzy', help='how the heading is chosen')
-    add_arena_option(parser)
-    add(
-        '--starts',
-        default='paper',
+@dataclass(frozen=True, kw_only=True)
+class Options(SeededOptions):
+    """Options of the command."""
+
+    policy: Path | None = option(None, 'policy to drive; without it, learns one first')
+    mode: str = option('fuzzy', 'how the heading is chosen', choices=MODES)
+    arena: str = arena_option()
+    starts: str = option(
+        'paper',
+        'start poses: the 22 of the paper, or N drawn over the floor or along the walls',
         metavar='paper|random:N|border:N',
-        help='where the paths begin: the 22 of the paper, or N drawn over the floor or the walls',
     )
-    add('--noise', default='nominal', metavar='none|nominal|harsh|FILE', help='sensor errors')
-    add('--jobs', type=int, default=1, metavar='N', help='processes; the result is the same')
-    add('--json', type=Path, metavar='FILE', help='write every path and the summary')
-    add('--quiet', action='store_true', help='show errors only')
+    noise: str = option('nominal', 'sensor errors', metavar='none|nominal|harsh|FILE')
+    jobs: int = option(1, 'processes; the result is the same', minimum=1)
+    json: Path | None = option(None, 'write every path and the summary')
+    quiet: bool = option(False, 'show errors only')
 
 
-def execute(options: argparse.Namespace) -> int:
+def execute(options: Options) -> int:
     """Drive all paths; return 0 where every one reached the goal, else 1.
 
     Raises:

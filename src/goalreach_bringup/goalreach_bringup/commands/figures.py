@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from goalreach_evaluation.choices import add_arena_option
+from goalreach_evaluation.choices import arena_option
+from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
     from goalreach_evaluation.summary_file import RecordedRun
@@ -16,33 +17,26 @@ if TYPE_CHECKING:
 SUMMARY = 'Draw every figure of the paper from a policy and an evaluation, as SVG and PNG'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
-    parser.add_argument(
-        '--policy', type=Path, default=None, help='policy file; without it, learns one'
+@dataclass(frozen=True, kw_only=True)
+class Options(SeededOptions):
+    """Options of the command."""
+
+    policy: Path | None = option(None, 'policy file; without it, learns one')
+    evaluation: Path | None = option(
+        None, 'file of `evaluate --json` or `run --summary`, for the paths with all sensors'
     )
-    parser.add_argument(
-        '--evaluation',
-        type=Path,
-        default=None,
-        help='file of `evaluate --json` or `run --summary`, for the paths with all sensors',
+    animate: bool = option(
+        False, 'also draw a path as a short GIF: of the evaluation, or of the policy alone'
     )
-    parser.add_argument(
-        '--animate',
-        action='store_true',
-        help='also draw a path as a short GIF: of the evaluation, or of the policy alone',
+    drive: bool = option(
+        False, 'without --evaluation: drive from every start through rendered images first'
     )
-    parser.add_argument(
-        '--drive',
-        action='store_true',
-        help='without --evaluation: drive from every start through rendered images first',
-    )
-    parser.add_argument('--format', choices=('svg', 'png', 'both'), default='both')
-    add_arena_option(parser)
-    parser.add_argument('--out', type=Path, default=Path('figures'), help='folder for the files')
+    format: str = option('both', 'format of the files', choices=('svg', 'png', 'both'))
+    arena: str = arena_option()
+    out: Path = option(Path('figures'), 'folder for the files', metavar='DIR')
 
 
-def execute(options: argparse.Namespace) -> int:
+def execute(options: Options) -> int:
     """Draw and write the figures.
 
     Raises:
@@ -71,7 +65,7 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def _drive(options: argparse.Namespace, policy: Policy) -> RecordedRun:
+def _drive(options: Options, policy: Policy) -> RecordedRun:
     """Drive every start through rendered images with nominal noise."""
     from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.summary_file import recorded_run

@@ -1,14 +1,17 @@
-"""`goalreach ros2`: the real `ros2` where it is installed, else the part of it that is here."""
+"""The `ros2` command: runs the real `ros2` where installed, else its built-in subset."""
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 import os
 import shutil
 import sys
 from typing import Final
 
-SUMMARY: str = 'look at the running graph with the words of ros2: topic, node, param, service'
+from goalreach_bringup.command import VerbatimOptions
+from goalreach_msgs_py.options import option
+
+SUMMARY: str = 'Inspect the running graph as ros2 does: topic, node, param, service'
 
 _HANDED_OVER: Final = 'GOALREACH_ROS2_HANDED_OVER'
 """Set for the `ros2` that is started, in case it is a wrapper that comes back here."""
@@ -17,25 +20,28 @@ _WHEELS_GUARD: Final = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 """Set by the ROS wheels for their own interpreter; another one would not set itself up."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments, all of which are for `ros2`."""
-    parser.epilog = 'For example: topic list -t; topic echo /pose; param get /nomad200 speed'
-    parser.add_argument(
-        'arguments',
-        nargs=argparse.REMAINDER,
-        help='as for ros2; each level has its own --help',
+@dataclass(frozen=True, kw_only=True)
+class Options(VerbatimOptions):
+    """Options of the command."""
+
+    arguments: tuple[str, ...] = option(
+        (),
+        'as for ros2, such as: topic list -t; topic echo /pose; param get /nomad200 speed; '
+        'each level has its own --help',
+        positional=True,
+        remainder=True,
     )
 
 
-def execute(args: argparse.Namespace) -> int:
-    """Run the command and return its exit status; does not return if it hands over."""
+def execute(options: Options) -> int:
+    """Run the command and return its exit status; does not return where it runs the real ros2."""
     real = shutil.which('ros2')
     if real is not None and _HANDED_OVER not in os.environ:
         sys.stdout.flush()
-        os.execve(real, ['ros2', *args.arguments], _environment_of_another_python())  # noqa: S606
+        os.execve(real, ['ros2', *options.arguments], _environment_of_another_python())  # noqa: S606
     from goalreach_bringup.ros2cli.main import main
 
-    return main(args.arguments)
+    return main(list(options.arguments))
 
 
 def _environment_of_another_python() -> dict[str, str]:

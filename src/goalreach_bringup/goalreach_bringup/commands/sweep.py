@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from goalreach_bringup.launch.options import MODES
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_learning.blending import MODES
+from goalreach_msgs_py.options import REQUIRED, SeededOptions, option
 
 if TYPE_CHECKING:
     from goalreach_evaluation.sweep import SweepCase
@@ -20,21 +20,22 @@ if TYPE_CHECKING:
 SUMMARY = 'Learn and drive over seeds x noise x arenas, on processes or on a Dask cluster'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
-    add = parser.add_argument
-    add('--results', type=Path, required=True, metavar='FILE', help='a JSON line for each case')
-    add('--arenas', nargs='+', default=['paper'], metavar='NAME|FILE', help='where to drive')
-    add('--noise', nargs='+', default=['nominal'], metavar='NAME|FILE', help='sensor errors')
-    add('--seeds', type=int, default=10, metavar='N', help='seeds, from --seed on')
-    add('--drives', type=int, default=22, metavar='N', help='random starts of each case')
-    add('--mode', choices=MODES, default='fuzzy', help='how the heading is chosen')
-    add('--jobs', type=int, default=1, metavar='N', help='processes, or workers on this machine')
-    add('--engine', choices=('processes', 'dask'), default='processes', help='what runs it')
-    add('--scheduler', metavar='ADDRESS', help='a Dask scheduler that runs already')
+@dataclass(frozen=True, kw_only=True)
+class Options(SeededOptions):
+    """Options of the command."""
+
+    results: Path = option(REQUIRED, 'append a JSON line for each case')
+    arenas: tuple[str, ...] = option(('paper',), 'where to drive', metavar='NAME|FILE')
+    noise: tuple[str, ...] = option(('nominal',), 'sensor errors', metavar='NAME|FILE')
+    seeds: int = option(10, 'number of seeds, counted up from --seed', minimum=1)
+    drives: int = option(22, 'random starts of each case', minimum=1)
+    mode: str = option('fuzzy', 'how the heading is chosen', choices=MODES)
+    jobs: int = option(1, 'processes, or workers on this machine', minimum=1)
+    engine: str = option('processes', 'what runs the cases', choices=('processes', 'dask'))
+    scheduler: str | None = option(None, 'address of a running Dask scheduler', metavar='ADDRESS')
 
 
-def execute(options: argparse.Namespace) -> int:
+def execute(options: Options) -> int:
     """Run what the file of results does not hold yet; print the shares.
 
     Raises:
@@ -44,9 +45,6 @@ def execute(options: argparse.Namespace) -> int:
     from goalreach_evaluation.sweep import KEY, drive_case, run_cases
     from goalreach_msgs_py.files import require_writable
 
-    for name in ('seeds', 'drives', 'jobs'):
-        if getattr(options, name) < 1:
-            raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
     require_writable(options.results)
     cases = _cases(options)
     results = ResultsFile(options.results, key=KEY)
@@ -58,7 +56,7 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def _cases(options: argparse.Namespace) -> list[SweepCase]:
+def _cases(options: Options) -> list[SweepCase]:
     from goalreach_evaluation.choices import choose_arena, choose_noise
     from goalreach_evaluation.sweep import SweepCase
 
@@ -78,7 +76,7 @@ def _cases(options: argparse.Namespace) -> list[SweepCase]:
     ]
 
 
-def _executor(options: argparse.Namespace) -> Callable[[], AbstractContextManager[Executor]]:
+def _executor(options: Options) -> Callable[[], AbstractContextManager[Executor]]:
     from goalreach_evaluation.sweep import dask_workers, processes
 
     if options.engine == 'dask' or options.scheduler:

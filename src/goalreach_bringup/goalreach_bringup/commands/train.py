@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Any
 
-from goalreach_evaluation.choices import add_arena_option
+from goalreach_evaluation.choices import arena_option
+from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
     from goalreach_learning.policy import Policy
@@ -18,28 +18,23 @@ if TYPE_CHECKING:
 
 SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it to a file"
 
-_TRIALS = 20
 _BAR = 22
 _WORTH_A_BAR = 500
 """So many trials take a quarter of a second."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the command's options."""
-    parser.add_argument(
-        '--trials', type=int, default=_TRIALS, help='trials, each one path from every start'
-    )
-    add_arena_option(parser)
-    parser.add_argument(
-        '--out', type=Path, default=Path('policy.json'), help='policy file to write'
-    )
-    parser.add_argument(
-        '--json', type=Path, default=None, help='file for trials, seconds and success by trial'
-    )
-    parser.add_argument('--quiet', action='store_true', help='show errors only')
+@dataclass(frozen=True, kw_only=True)
+class Options(SeededOptions):
+    """Options of the command."""
+
+    trials: int = option(20, 'trials, each one path from every start')
+    arena: str = arena_option()
+    out: Path = option(Path('policy.json'), 'policy file to write')
+    json: Path | None = option(None, 'write trials, seconds and success by trial')
+    quiet: bool = option(False, 'show errors only')
 
 
-def execute(options: argparse.Namespace) -> int:
+def execute(options: Options) -> int:
     """Learn, show what was learned, and write it.
 
     Raises:
@@ -53,10 +48,7 @@ def execute(options: argparse.Namespace) -> int:
     from goalreach_learning.policy_file import write_policy
     from goalreach_learning.q_learning import LearningConfig
     from goalreach_learning.training import greedy_successes, train
-    from goalreach_msgs_py.errors import ConfigurationError
 
-    if options.seed < 0:
-        raise ConfigurationError('--seed', options.seed, 'a whole number >= 0')
     arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)
     rng = np.random.default_rng(options.seed)
@@ -77,7 +69,7 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _report(
-    options: argparse.Namespace, result: TrainingResult, greedy: Sequence[bool], seconds: float
+    options: Options, result: TrainingResult, greedy: Sequence[bool], seconds: float
 ) -> dict[str, Any]:
     return {
         'seed': options.seed,

@@ -1,4 +1,4 @@
-"""What a person asked a run to be."""
+"""Options of a run."""
 
 from __future__ import annotations
 
@@ -7,70 +7,15 @@ import math
 from pathlib import Path
 from typing import Final
 
+from goalreach_bags.topic import STORAGES
+from goalreach_evaluation.choices import arena_option
+from goalreach_learning.blending import MODES
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NOISE_PRESETS
+from goalreach_msgs_py.options import SeededOptions, option
 from goalreach_msgs_py.values import Pose2
 
-MODES: Final = ('fuzzy', 'crisp', 'fuzzy-eq3', 'fuzzy-as-printed')
-_START_NUMBERS = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunOptions:
-    """Options of `run`; None where the person did not say.
-
-    Attributes:
-        seed: Seed of everything random.
-        policy: Policy file, or None to learn one first.
-        arena: Name or file of the arena.
-        mode: How to drive, or None for the parameter file's or the default.
-        paths: Number of paths, 0 until Ctrl-C.
-        starts: 'paper' or 'random'.
-        start_poses: Poses given one by one; they replace `starts`.
-        clock: 'realtime' or 'lockstep', or None.
-        speed: Simulated seconds per wall second, or None.
-        noise: Noise preset.
-        learn: Whether to learn over the graph.
-        composed: Whether all nodes share one process.
-        params_file: Parameter file of the person, or None.
-        summary: Where to write the summary, or None.
-        quiet: Whether to leave out all but errors.
-        dashboard: Whether to show the live page; None where that depends on the terminal.
-        record: Bag to record, or None.
-        storage: Storage format of the bag.
-        remaps: Remapping rules of ROS 2, given to every node.
-        network: Whether other machines may take part.
-    """
-
-    seed: int
-    policy: Path | None
-    arena: str
-    mode: str | None
-    paths: int
-    starts: str
-    start_poses: tuple[Pose2, ...]
-    clock: str | None
-    speed: float | None
-    noise: str
-    learn: bool
-    composed: bool
-    params_file: Path | None
-    summary: Path | None
-    quiet: bool
-    dashboard: bool | None = False
-    record: Path | None = None
-    storage: str = 'mcap'
-    remaps: tuple[str, ...] = ()
-    network: bool = False
-
-    def __post_init__(self) -> None:
-        """Check what argparse cannot."""
-        if self.paths < 0:
-            raise ConfigurationError('--paths', self.paths, 'a whole number >= 0')
-        if not 0 <= self.seed < 2**31:
-            raise ConfigurationError('--seed', self.seed, 'a whole number in [0, 2147483647]')
-        for rule in self.remaps:
-            if ':=' not in rule:
-                raise ConfigurationError('--remap', rule, 'FROM:=TO or NODE:FROM:=TO')
+_START_NUMBERS: Final = 3
 
 
 def parse_start(text: str) -> Pose2:
@@ -86,3 +31,51 @@ def parse_start(text: str) -> Pose2:
     if len(numbers) != _START_NUMBERS or not all(map(math.isfinite, numbers)):
         raise ConfigurationError('--start', text, 'X,Y,HEADING_DEG in metres and degrees')
     return Pose2(x_m=numbers[0], y_m=numbers[1], heading_rad=math.radians(numbers[2]))
+
+
+def _parse_remap(text: str) -> str:
+    if ':=' not in text:
+        raise ConfigurationError('--remap', text, 'FROM:=TO or NODE:FROM:=TO')
+    return text
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(SeededOptions):
+    """Options of `run`; None where the parameter file or the default decides."""
+
+    seed: int = option(
+        0, 'seed of everything random, for a repeatable run', minimum=0, maximum=2**31 - 1
+    )
+    policy: Path | None = option(None, 'policy to drive; without it, learns one first')
+    mode: str | None = option(None, 'how the heading is chosen (default: fuzzy)', choices=MODES)
+    paths: int = option(0, 'number of paths; 0: until Ctrl-C', minimum=0)
+    arena: str = arena_option()
+    starts: str = option('paper', 'where paths begin', choices=('paper', 'random'))
+    start_poses: tuple[Pose2, ...] = option(
+        (), 'start of a path, metres and degrees, in place of --starts; repeatable',
+        flag='--start', metavar='X,Y,HEADING_DEG', repeatable=True, parse=parse_start,
+    )  # fmt: skip
+    clock: str | None = option(
+        None, 'how time passes (default: realtime)', choices=('realtime', 'lockstep')
+    )
+    speed: float | None = option(None, 'multiple of real time, with --clock realtime')
+    noise: str = option('nominal', 'sensor errors', choices=NOISE_PRESETS)
+    learn: bool = option(
+        False, 'learn over the live graph, into --policy; continues where the file ends'
+    )
+    record: Path | None = option(None, 'record every topic into a bag', metavar='DIR')
+    storage: str = option('mcap', 'storage format of the bag', choices=STORAGES)
+    composed: bool = option(False, 'all nodes in one process')
+    dashboard: bool | None = option(
+        None, 'show the live page (default: on a terminal, in real time)'
+    )
+    remaps: tuple[str, ...] = option(
+        (), 'ROS 2 remapping rule for the nodes; repeatable', flag='--remap',
+        metavar='[NODE:]FROM:=TO', repeatable=True, parse=_parse_remap,
+    )  # fmt: skip
+    params_file: Path | None = option(None, 'ROS 2 parameter file', metavar='YAML')
+    network: bool = option(
+        False, 'admit other machines: they can see, drive and change everything'
+    )
+    summary: Path | None = option(None, 'write the summary of the run', metavar='JSON')
+    quiet: bool = option(False, 'show errors only')

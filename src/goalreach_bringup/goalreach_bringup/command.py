@@ -1,0 +1,104 @@
+"""A command of the command line: summary, options, function; and the parser made from them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import Any
+
+from goalreach_msgs_py.options import SeededOptions, add_options, option, read_options
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerbatimOptions:
+    """Options of a command that leaves the parsing of its arguments to another program."""
+
+    arguments: tuple[str, ...] = option((), 'arguments', positional=True, remainder=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """A command, or one of its sub-commands.
+
+    Attributes:
+        summary: One line for the help.
+        options: Dataclass of its options, or None where a sub-command must be chosen.
+        execute: Runs it with those options and returns the exit status.
+        subcommands: Sub-commands by name.
+        configure: Adds options to a parser, in place of `options`; `execute` then takes the
+            namespace.
+    """
+
+    summary: str
+    options: type[Any] | None = None
+    execute: Callable[[Any], int] | None = None
+    subcommands: Mapping[str, Command] = field(default_factory=dict)
+    configure: Callable[[argparse.ArgumentParser], None] | None = None
+
+    @classmethod
+    def of_module(cls, module: ModuleType) -> Command:
+        """Return the command of a module with `SUMMARY`, and `Options` and `execute`.
+
+        A module with sub-commands has `SUBCOMMANDS`, a mapping of names to commands.
+        """
+        return cls(
+            summary=module.SUMMARY,
+            options=getattr(module, 'Options', None),
+            execute=getattr(module, 'execute', None),
+            subcommands=getattr(module, 'SUBCOMMANDS', {}),
+        )
+
+    def parser(self, program: str) -> argparse.ArgumentParser:
+        """Return the parser of the command and its sub-commands.
+
+        Args:
+            program: The words that call the command, for the usage line.
+        """
+        parser = argparse.ArgumentParser(prog=program, description=self.summary)
+        self.add_to(parser)
+        if self.subcommands:
+            choice = parser.add_subparsers(metavar='COMMAND', required=self.execute is None)
+            for name, command in self.subcommands.items():
+                about = command.summary
+                command.add_to(choice.add_parser(name, help=about, description=about))
+        return parser
+
+    def add_to(self, parser: argparse.ArgumentParser) -> None:
+        """Add the options of the command to a parser that then chooses it."""
+        parser.set_defaults(chosen_command=self)
+        if self.configure is not None:
+            parser.formatter_class = argparse.ArgumentDefaultsHelpFormatter
+            self.configure(parser)
+        if self.options is not None:
+            add_options(parser, self.options)
+        if self.options is None or not issubclass(self.options, (SeededOptions, VerbatimOptions)):
+            text = 'accepted by every command; nothing is random in this one'
+            parser.add_argument(
+                '--seed', type=int, default=argparse.SUPPRESS, metavar='N', help=text
+            )
+
+    def parse(self, program: str, arguments: Sequence[str]) -> tuple[Command, Any]:
+        """Parse arguments; return the command or the chosen sub-command, and its options.
+
+        Args:
+            program: The words that call the command, for the usage line.
+            arguments: Its arguments.
+
+        Raises:
+            ConfigurationError: An option is refused.
+        """
+        namespace = self.parser(program).parse_args(arguments)
+        chosen: Command = namespace.chosen_command
+        options = chosen.options
+        return chosen, namespace if options is None else read_options(options, namespace)
+
+    def run(self, program: str, arguments: Sequence[str]) -> int:
+        """Parse arguments and execute the command; return the exit status.
+
+        Raises:
+            GoalreachError: An option is refused, or the command fails.
+        """
+        chosen, options = self.parse(program, arguments)
+        return 0 if chosen.execute is None else chosen.execute(options)
