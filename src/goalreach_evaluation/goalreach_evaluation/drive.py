@@ -14,7 +14,7 @@ from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate, RegionState, Twist2
+from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, RegionState, Twist2
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -53,9 +53,14 @@ class DriveFrame:
         return self.sensors.image
 
     @property
-    def pose(self) -> PoseEstimate:
-        """The estimated pose in `map` with its covariance."""
-        return self.localization.estimate
+    def pose(self) -> Pose2:
+        """The estimated pose in `map`; the middle of the arena while there is no estimate."""
+        return self.localization.estimate.pose
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The covariance of the estimated pose, (3, 3) of x (m), y (m), heading (rad)."""
+        return self.localization.estimate.covariance
 
     @property
     def true_pose(self) -> Pose2:
