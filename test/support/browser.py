@@ -9,18 +9,18 @@ import sys
 
 import pytest
 
-from goalreach_lab.rigs.chromium import ADVICE, is_there
+from goalreach_lab.rigs.chromium import ADVICE, is_installed
 
 _INSTALL_S = 600.0
 
 
 def require_browser() -> None:
     """Make sure that there is a browser; else skip, or fail where CI=true."""
-    if is_there():
+    if is_installed():
         return
     if os.geteuid() == 0 and shutil.which('apt-get'):
         _install()
-    if is_there():
+    if is_installed():
         return
     if os.environ.get('CI') == 'true':
         pytest.fail(ADVICE)

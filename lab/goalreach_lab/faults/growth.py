@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import statistics
 
-from goalreach_lab.rigs.proc_file import Holdings
+from goalreach_lab.rigs.processes import Holdings
 
 
 @dataclass(frozen=True, kw_only=True)

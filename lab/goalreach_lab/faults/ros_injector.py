@@ -22,7 +22,7 @@ from goalreach_evaluation.starts import random_starts
 from goalreach_lab.faults.kinds import FaultKind
 from goalreach_lab.faults.ros_gates import PREFIX
 from goalreach_lab.rigs.ros_bench_graph import BenchGraph
-from goalreach_lab.rigs.stack import goalreach_command
+from goalreach_lab.rigs.stack import start_command
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.common_messages import stamp_to_msg
@@ -183,14 +183,7 @@ class Injector:
         self._finish(process)
 
     def _start(self, *words: str) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            goalreach_command(*words),
-            env=self._graph.running.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        return start_command(*words, environment=self._graph.running.environment)
 
     def _finish(self, process: subprocess.Popen[str]) -> None:
         """End a process, and note what it said."""

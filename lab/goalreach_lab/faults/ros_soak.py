@@ -15,7 +15,7 @@ from goalreach_bringup.launch.environment import present_files
 from goalreach_lab.faults.growth import Sample
 from goalreach_lab.faults.kinds import KINDS, FaultKind
 from goalreach_lab.faults.ros_injector import Injector
-from goalreach_lab.rigs.proc_file import children_of, holdings_of
+from goalreach_lab.rigs.processes import descendants_of, holdings_of
 from goalreach_lab.rigs.ros_bench_graph import BenchGraph
 from goalreach_msgs_py.errors import GoalreachError
 
@@ -91,7 +91,7 @@ def _sample_for(graph: BenchGraph, seconds: float, keep: Callable[[Sample], None
         if not graph.serve_until(partial(_has_ticked, graph, before_ns), _STALLED_S):
             raise GoalreachError('the stack does not go on: ' + '; '.join(list(record.lines)[-5:]))
         launcher, files = graph.running.pid, len(present_files())
-        for pid in (launcher, *children_of(launcher)):
+        for pid in (launcher, *descendants_of(launcher)):
             holdings = holdings_of(pid)
             if holdings is not None:
                 sample = Sample(

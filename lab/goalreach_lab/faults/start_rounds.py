@@ -16,8 +16,8 @@ from typing import Any, Final
 import numpy as np
 
 from goalreach_bringup.launch.environment import abandoned_files
-from goalreach_lab.rigs.proc_file import processes_with
-from goalreach_lab.rigs.stack import goalreach_command, wait_or_kill
+from goalreach_lab.rigs.processes import processes_with
+from goalreach_lab.rigs.stack import start_command, wait_or_kill
 
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 _DRIVES_S: Final = 60.0
@@ -93,13 +93,8 @@ def _round(
         **os.environ, _MARK: str(mark), 'ROS_DOMAIN_ID': str(domain), 'NO_COLOR': '1'
     }  # fmt: skip
     with log.open('w', encoding='utf-8') as stream:
-        process = subprocess.Popen(
-            goalreach_command('run', '--clock', 'lockstep', '--start', '1.8,2.4,-90'),
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=stream,
-            stderr=subprocess.STDOUT,
-        )
+        words = ('run', '--clock', 'lockstep', '--start', '1.8,2.4,-90')
+        process = start_command(*words, environment=environment, output=stream)
         drove = True
         if early:
             time.sleep(rng.uniform(0.1, 2.0))
@@ -113,7 +108,7 @@ def _round(
     return drove, '' if drove else said
 
 
-def _wait_for_path(process: subprocess.Popen[bytes], log: Path) -> bool:
+def _wait_for_path(process: subprocess.Popen[str], log: Path) -> bool:
     deadline_s = time.monotonic() + _DRIVES_S
     while time.monotonic() < deadline_s and process.poll() is None:
         if ' goal ' in log.read_text(encoding='utf-8', errors='replace'):

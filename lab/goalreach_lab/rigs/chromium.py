@@ -1,4 +1,4 @@
-"""A headless Chromium, driven by Selenium: a page as a person would have it open."""
+"""A headless Chromium, driven by Selenium: the dashboard as a user sees it."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _FLAGS = (
 )
 _COUNT = """
 window.count?.observer.disconnect();
-const count = window.count = {pictures: 0, since: performance.now()};
-count.observer = new MutationObserver(() => count.pictures++);
+const count = window.count = {updates: 0, since: performance.now()};
+count.observer = new MutationObserver(() => count.updates++);
 const all = {subtree: true, childList: true, attributes: true, characterData: true};
 count.observer.observe(document.querySelector('main'), all);
 """
-"""A picture is put on the page in one go, and something changes with each while a robot drives."""
-_COUNTED = 'return [count.pictures, (performance.now() - count.since) / 1000];'
+"""The page applies an update in one go, and each one changes something while a robot drives."""
+_COUNTED = 'return [count.updates, (performance.now() - count.since) / 1000];'
 
 
-def is_there() -> bool:
+def is_installed() -> bool:
     """Return whether browser, driver and Selenium are installed."""
     try:
         import selenium  # noqa: F401
@@ -45,7 +45,7 @@ def is_there() -> bool:
 
 
 class Page:
-    """One browser window, by the names that the page gives its elements.
+    """One browser window; elements are found by their `data-testid`.
 
     Args:
         driver: Selenium's driver.
@@ -59,11 +59,11 @@ class Page:
         return self.driver.find_element('css selector', f'[data-testid="{name}"]')
 
     def has(self, name: str) -> bool:
-        """Return whether there is such an element."""
+        """Return whether the page has an element."""
         return bool(self.driver.find_elements('css selector', f'[data-testid="{name}"]'))
 
     def text(self, name: str) -> str:
-        """Return what an element says."""
+        """Return the text of an element."""
         return str(self.find(name).get_attribute('textContent'))
 
     def metres(self, name: str) -> float:
@@ -71,12 +71,12 @@ class Page:
         return float(self.text(name).removesuffix(' m'))
 
     def choose(self, name: str, label: str) -> None:
-        """Press the button of that label in a group."""
+        """Press the button with a label in a group."""
         buttons = self.find(name).find_elements('css selector', 'button')
         next(button for button in buttons if button.text == label).click()
 
     def until(self, condition: Callable[[], object], limit_s: float = 15.0) -> bool:
-        """Return whether a condition held within the limit."""
+        """Wait for a condition; return whether it held within the limit."""
         deadline_s = time.monotonic() + limit_s
         while not condition():
             if time.monotonic() > deadline_s:
@@ -90,7 +90,7 @@ class Page:
         return [entry['message'] for entry in entries if entry['level'] == 'SEVERE']
 
     def hosts(self) -> set[str]:
-        """Return the hosts that the browser asked for anything, since the last call."""
+        """Return the hosts that the browser contacted since the last call."""
         hosts = set()
         for entry in self.driver.get_log('performance'):
             message = json.loads(entry['message'])['message']
@@ -107,30 +107,30 @@ class Page:
         """Process id of the driver; the browser's processes descend from it."""
         return int(self.driver.service.process.pid)
 
-    def count_pictures(self) -> None:
-        """Begin to count the pictures of the live page that this browser has shown."""
+    def count_updates(self) -> None:
+        """Begin to count the updates of the page that this browser shows."""
         self.driver.execute_script(_COUNT)
 
-    def pictures(self) -> int:
-        """Return how many it has shown since then.
+    def updates(self) -> int:
+        """Return the number of updates shown since then.
 
-        A script that the driver runs leaves a hundred bytes in the page's heap; this leaves none.
+        A script run by the driver leaves a hundred bytes in the page's heap; this leaves none.
         """
-        asked = {'expression': 'count.pictures', 'returnByValue': True}
+        asked = {'expression': 'count.updates', 'returnByValue': True}
         answer = self.driver.execute_cdp_cmd('Runtime.evaluate', asked)
         return int(answer['result']['value'])
 
-    def pictures_per_s(self) -> float:
-        """Return how many it has shown in a second since then."""
-        pictures, passed_s = self.driver.execute_script(_COUNTED)
-        return float(pictures / passed_s)
+    def updates_per_s(self) -> float:
+        """Return the number of updates a second since then."""
+        updates, passed_s = self.driver.execute_script(_COUNTED)
+        return float(updates / passed_s)
 
     def collect_garbage(self) -> None:
-        """Free what scripts no longer use."""
+        """Run the garbage collector of the page's scripts."""
         self.driver.execute_cdp_cmd('HeapProfiler.collectGarbage', {})
 
     def holdings(self) -> dict[str, float]:
-        """Return what the page's scripts hold: heap, MB, and nodes of documents."""
+        """Return the script heap, MB, and the number of document nodes of the page."""
         metrics = self.driver.execute_cdp_cmd('Performance.getMetrics', {})['metrics']
         found = {metric['name']: float(metric['value']) for metric in metrics}
         return {'heap_mb': found['JSHeapUsedSize'] / 1e6, 'nodes': found['Nodes']}
@@ -140,14 +140,14 @@ class Page:
 def open_page(
     url: str, *, width: int = 1440, height: int = 900, dark: bool = False, logs: bool = True
 ) -> Iterator[Page]:
-    """Open an address in a browser of its own, with an empty profile.
+    """Open an address in a browser with an empty profile; close it after.
 
     Args:
         url: The address.
         width: Width of the window, px.
         height: Its height, px.
-        dark: Whether the person likes it dark.
-        logs: Whether the driver keeps what the page said and asked for; it grows with time.
+        dark: Whether the user prefers a dark colour scheme.
+        logs: Whether the driver keeps console and network logs, which grow with time.
     """
     from selenium import webdriver
     from selenium.webdriver.chrome.options import Options

@@ -1,10 +1,18 @@
-"""The same random drives for every simulator that is compared."""
+"""The same random drives for the simulators that are compared: ours and IR-SIM, from pip."""
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
+import importlib.util
+import io
+import math
+from pathlib import Path
+import tempfile
+from typing import Any
 
 import numpy as np
+import yaml
 
 from goalreach_lab.batch.robot_batch import RobotBatch
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
@@ -20,7 +28,7 @@ _HOLD = 25
 """Steps of a drive, five seconds, and of each of its commands; chosen."""
 
 _WATCHDOG_S = 0.5
-_ROOM_M = 0.05
+_CLEARANCE_M = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,11 +48,11 @@ class RandomDrives:
         """Draw drives that start on the free floor and use all of the robot's speed.
 
         Args:
-            count: How many.
-            arena: Where.
+            count: Number of drives.
+            arena: Arena to drive in.
             rng: Source of randomness.
         """
-        config, inset_m = DriveConfig(), BODY_RADIUS_M + _ROOM_M
+        config, inset_m = DriveConfig(), BODY_RADIUS_M + _CLEARANCE_M
         low = np.array([[inset_m], [inset_m], [-np.pi]])
         high = np.array([[arena.width_m - inset_m], [arena.length_m - inset_m], [np.pi]])
         top = np.array([config.translation_speed_m_per_s, config.steering_speed_rad_per_s])
@@ -81,3 +89,82 @@ def drive_one(drives: RandomDrives, index: int, arena: Arena) -> None:
 
 def _walls(arena: Arena) -> Walls:
     return Walls(width_m=arena.width_m, length_m=arena.length_m, body_radius_m=BODY_RADIUS_M)
+
+
+def is_irsim_installed() -> bool:
+    """Return whether IR-SIM can be imported; it is in the extra `bench`."""
+    return importlib.util.find_spec('irsim') is not None
+
+
+class IrSimDrives:
+    """IR-SIM with one robot of the same size and limits in the same arena, without a display.
+
+    Its robot stops for good where it touches a wall (its default, `collision_mode: stop`).
+
+    Args:
+        arena: Arena to drive in.
+        step_s: Length of a step, seconds.
+        lidar_rays: Rays of a lidar that looks all around at every step; 0 for none.
+    """
+
+    def __init__(self, arena: Arena, *, step_s: float = STEP_S, lidar_rays: int = 0) -> None:
+        # It prints on import which displays it could not open.
+        with contextlib.redirect_stdout(io.StringIO()):
+            import irsim
+
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / 'world.yaml'
+                path.write_text(yaml.safe_dump(_world(arena, step_s, lidar_rays)))
+                self._environment: Any = irsim.make(
+                    str(path), display=False, disable_all_plot=True, log_level='ERROR'
+                )
+
+    def place(self, drives: RandomDrives, index: int) -> None:
+        """Put the robot at the start of a drive."""
+        start = drives.starts[:, index].tolist()
+        self._environment.robot.set_state(start, init=True)
+        self._environment.reset()
+
+    def drive(self, drives: RandomDrives, index: int) -> FloatArray:
+        """Drive one of the drives from its start; return where it ends, (3,)."""
+        step = self._environment.step
+        for number in range(STEPS):
+            step(drives.command(number)[:, index : index + 1])
+        end: FloatArray = np.array(self._environment.robot.state, dtype=np.float64).ravel()[:3]
+        return end
+
+
+def _world(arena: Arena, step_s: float, lidar_rays: int) -> dict[str, Any]:
+    config, width, length = DriveConfig(), arena.width_m, arena.length_m
+    top = [config.translation_speed_m_per_s, config.steering_speed_rad_per_s]
+    gain = [config.translation_acceleration_m_per_s2, config.steering_acceleration_rad_per_s2]
+    lidar = {
+        'name': 'lidar2d',
+        'number': lidar_rays,
+        'angle_range': math.tau,
+        'range_max': math.hypot(width, length),
+    }
+    corners = [[0.0, 0.0], [width, 0.0], [width, length], [0.0, length], [0.0, 0.0]]
+    return {
+        'world': {
+            'width': width,
+            'height': length,
+            'step_time': step_s,
+            'sample_time': step_s,
+            'collision_mode': 'stop',
+        },
+        'robot': [
+            {
+                'kinematics': {'name': 'diff'},
+                'shape': {'name': 'circle', 'radius': BODY_RADIUS_M},
+                'state': [width / 2, length / 2, 0.0],
+                'vel_max': top,
+                'vel_min': [-value for value in top],
+                'acce': gain,
+                'sensors': [lidar] if lidar_rays else [],
+            }
+        ],
+        'obstacle': [
+            {'shape': {'name': 'linestring', 'vertices': corners}, 'state': [0.0, 0.0, 0.0]}
+        ],
+    }

@@ -97,7 +97,7 @@ class BenchGraph:
             [*words, *arguments],
             domain=self._domain,
             log_directory=self._log_directory,
-            tell=self.record.lines.append,
+            on_line=self.record.lines.append,
         )
         self.record.begin()
         if not self.serve_until(lambda: self.record.healthy_since is not None, _UP_S):

@@ -1,9 +1,9 @@
-"""Looks at a running graph from outside, in a process of its own; the same for ours and floors.
+"""Measures a running graph from a process of its own; the same for our graph and for floors.
 
     python -m goalreach_lab.rigs.ros_probe ticks|latency|motion|nodes [NUMBER]
 
-Prints one line of JSON when it listens, and one with what it saw; times are of the monotonic
-clock, which all processes of a machine share.
+Prints its result as a line of JSON; `motion` and `nodes` print a line before, once they listen.
+Times are of the monotonic clock, which all processes of a machine share.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from goalreach_msgs_py.values import Twist2
 _LIMIT_S = 40.0
 _SETTLE_S = 1.0
 _SPIN_S = 0.02
-_STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
+_AT_REST = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
 class _Probe:
-    """A node that listens, and what it listens with."""
+    """A node and its executor; each public method is a kind of measurement."""
 
     def __init__(self) -> None:
         self.node = Node('probe')
@@ -44,7 +44,7 @@ class _Probe:
         self._executor.add_node(self.node)
 
     def serve(self, until: Callable[[], bool], limit_s: float = _LIMIT_S) -> bool:
-        """Serve callbacks until a condition holds; return whether it does."""
+        """Spin until a condition holds; return whether it does."""
         end_s = time.monotonic() + limit_s
         while not until():
             if time.monotonic() > end_s:
@@ -55,8 +55,8 @@ class _Probe:
     def ticks(self, seconds: float) -> dict[str, Any]:
         """Return stamp and time of a tick now and of one after so many seconds.
 
-        In between nothing is served, and only the newest message is kept, so that looking on
-        takes next to nothing from the graph.
+        The probe sleeps in between and keeps only the newest message, so that it takes hardly any
+        processor time from the graph.
         """
         seen: list[tuple[int, float]] = []
         subscribe_raw(
@@ -74,26 +74,26 @@ class _Probe:
         return {'stamps_ns': [first[0], last[0]], 'times_s': [first[1], last[1]]}
 
     def _newest(self, seen: list[tuple[int, float]]) -> tuple[int, float]:
-        """Return the first tick that comes after those that were waiting."""
+        """Return the first tick that arrives after those already queued."""
         self.serve(lambda: False, limit_s=2 * _SPIN_S)
         count = len(seen)
         self.serve(lambda: len(seen) > count)
         return seen[-1]
 
     def latency(self, seconds: float) -> dict[str, Any]:
-        """Return the times from the message sent just before an image to its command, ms."""
-        asked: dict[int, float] = {}
+        """Return the times from the camera info, sent just before an image, to its command, ms."""
+        sent_s: dict[int, float] = {}
         took_ms: list[float] = []
 
-        def ask(stamp_ns: int, _raw: bytes) -> None:
-            asked[stamp_ns] = time.monotonic()
+        def on_camera(stamp_ns: int, _raw: bytes) -> None:
+            sent_s[stamp_ns] = time.monotonic()
 
-        def answer(stamp_ns: int, _raw: bytes) -> None:
-            if stamp_ns in asked:
-                took_ms.append((time.monotonic() - asked.pop(stamp_ns)) * 1e3)
+        def on_command(stamp_ns: int, _raw: bytes) -> None:
+            if stamp_ns in sent_s:
+                took_ms.append((time.monotonic() - sent_s.pop(stamp_ns)) * 1e3)
 
-        subscribe_raw(self.node, CameraInfo, CAMERA_INFO, ask, SENSOR_QOS)
-        subscribe_raw(self.node, TwistStamped, CMD_VEL, answer, DEEP_QOS)
+        subscribe_raw(self.node, CameraInfo, CAMERA_INFO, on_camera, SENSOR_QOS)
+        subscribe_raw(self.node, TwistStamped, CMD_VEL, on_command, DEEP_QOS)
         self.serve(lambda: len(took_ms) > 1)
         self.serve(lambda: False, limit_s=_SETTLE_S)
         took_ms.clear()
@@ -101,37 +101,37 @@ class _Probe:
         return {'took_ms': took_ms}
 
     def motion(self, _: float) -> dict[str, Any]:
-        """Return when the first command came that is not to stand."""
+        """Return when the first command arrived that moves the robot."""
         moved_s: list[float] = []
 
-        def note(_stamp_ns: int, raw: bytes) -> None:
-            if twist_from_raw(raw) != _STANDING:
+        def on_command(_stamp_ns: int, raw: bytes) -> None:
+            if twist_from_raw(raw) != _AT_REST:
                 moved_s.append(time.monotonic())
 
-        subscribe_raw(self.node, TwistStamped, CMD_VEL, note, DEEP_QOS)
-        _say({'listens': True})
+        subscribe_raw(self.node, TwistStamped, CMD_VEL, on_command, DEEP_QOS)
+        _print({'listens': True})
         self.serve(lambda: bool(moved_s))
         return {'at_s': moved_s[0] if moved_s else None}
 
     def nodes(self, count: float) -> dict[str, Any]:
-        """Return when so many other nodes were known."""
-        _say({'listens': True})
+        """Return when so many other nodes were discovered."""
+        _print({'listens': True})
         found = self.serve(lambda: len(self.node.get_node_names()) > count)
         return {'at_s': time.monotonic() if found else None}
 
 
-def _say(what: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(what) + '\n')
+def _print(values: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(values) + '\n')
     sys.stdout.flush()
 
 
 def main() -> None:
-    """Look, and print what was seen."""
+    """Measure, and print the result."""
     end_with_launcher()
     kind, number = sys.argv[1], float(sys.argv[2])
     rclpy.init(args=[])
     try:
-        _say(getattr(_Probe(), kind)(number))
+        _print(getattr(_Probe(), kind)(number))
     finally:
         rclpy.try_shutdown()
 

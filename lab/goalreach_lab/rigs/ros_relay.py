@@ -1,4 +1,4 @@
-"""The floor: the messages of the graph, relayed by nodes that do nothing else.
+"""The floor of latency: the messages of the graph, relayed by nodes that compute nothing.
 
     python -m goalreach_lab.rigs.ros_relay lockstep|realtime NODE ...
 
@@ -68,28 +68,28 @@ _HEAD: Final = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=0.3)
 
 
 class _Relay(Node):
-    """A node that answers a message of one topic with messages that were made before."""
+    """A node that answers a message of one topic with prepared messages."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._out: list[tuple[Any, Any]] = []
 
-    def out(self, topic: str, message: Any, qos: Any = RELIABLE_QOS) -> None:
-        """Send a message with every answer."""
+    def add_output(self, topic: str, message: Any, qos: Any = RELIABLE_QOS) -> None:
+        """Add a message to every answer."""
         self._out.append((self.create_publisher(type(message), topic, qos), message))
 
-    def hear(
+    def subscribe(
         self,
         topic: str,
         kind: type[Any],
         then: Callable[[int], None] = lambda _: None,
         qos: Any = RELIABLE_QOS,
     ) -> None:
-        """Subscribe; by default nothing is done with what comes."""
+        """Subscribe; by default, messages are ignored."""
         self.create_subscription(kind, topic, partial(_call, then), qos)
 
     def answer(self, stamp_ns: int) -> None:
-        """Send all messages with a stamp."""
+        """Send all prepared messages with a stamp."""
         stamp = stamp_to_msg(stamp_ns)
         for publisher, message in self._out:
             if isinstance(message, Clock):
@@ -105,26 +105,26 @@ def _call(then: Callable[[int], None], message: Any) -> None:
 
 
 class _Robot(_Relay):
-    """Sends a frame when the last one was answered, or 25 times in a second."""
+    """Sends a frame when the last one was answered, or 25 times a second."""
 
     def __init__(self, *, lockstep: bool) -> None:
         super().__init__('nomad200')
         frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
         odometry = Odometry(pose=_POSE, twist=_TWIST)
-        self.out(CLOCK, Clock())
-        self.out(GROUND_TRUTH, odometry_to_msg(odometry, 0, frame_id='map'), DEEP_QOS)
-        self.out(ODOM, odometry_to_msg(odometry, 0, frame_id='odom'))
-        self.out(JOINT_STATES, head_to_msg(_HEAD, 0))
+        self.add_output(CLOCK, Clock())
+        self.add_output(GROUND_TRUTH, odometry_to_msg(odometry, 0, frame_id='map'), DEEP_QOS)
+        self.add_output(ODOM, odometry_to_msg(odometry, 0, frame_id='odom'))
+        self.add_output(JOINT_STATES, head_to_msg(_HEAD, 0))
         bumpers = bumpers_to_msg(frame.bumpers, 0, body_radius_m=0.2, scan_time_s=0.04)
-        self.out(BUMPERS, bumpers)
-        self.out(CAMERA_INFO, camera_to_msg(frame.camera, 0), SENSOR_QOS)
-        self.out(IMAGE, image_to_msg(frame.image, 0), SENSOR_QOS)
+        self.add_output(BUMPERS, bumpers)
+        self.add_output(CAMERA_INFO, camera_to_msg(frame.camera, 0), SENSOR_QOS)
+        self.add_output(IMAGE, image_to_msg(frame.image, 0), SENSOR_QOS)
         self._missing: set[str] = set()
         self._stamp_ns = 0
         self._polls = 0
         self._lockstep = lockstep
         for topic, kind in ((CMD_VEL, TwistStamped), (HEAD_COMMAND, JointState)):
-            self.hear(topic, kind, partial(self._answered, topic))
+            self.subscribe(topic, kind, partial(self._answered, topic))
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S if lockstep else _PERIOD_NS * 1e-9, self._poll, clock=steady)
 
@@ -141,7 +141,7 @@ class _Robot(_Relay):
         self.answer(self._stamp_ns)
 
     def _poll(self) -> None:
-        """Tick by the clock; in lockstep only where nothing has come for a second."""
+        """Tick by the clock; in lockstep only after a second without an answer."""
         self._polls += 1
         if not self._lockstep or self._polls >= _SILENT_POLLS:
             self._tick()
@@ -149,13 +149,13 @@ class _Robot(_Relay):
 
 def _localizer() -> _Relay:
     node = _Relay('landmark_localizer')
-    node.out(POSE, estimate_to_msg(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0))
-    node.out(HEAD_COMMAND, head_to_msg(_HEAD, 0))
-    node.out(LANDMARKS, landmarks_to_msg([None] * 3, 0))
-    node.hear(CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
-    node.hear(JOINT_STATES, JointState)
-    node.hear(ODOM, OdometryMsg)
-    node.hear(IMAGE, Image, node.answer, SENSOR_QOS)
+    node.add_output(POSE, estimate_to_msg(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0))
+    node.add_output(HEAD_COMMAND, head_to_msg(_HEAD, 0))
+    node.add_output(LANDMARKS, landmarks_to_msg([None] * 3, 0))
+    node.subscribe(CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
+    node.subscribe(JOINT_STATES, JointState)
+    node.subscribe(ODOM, OdometryMsg)
+    node.subscribe(IMAGE, Image, node.answer, SENSOR_QOS)
     return node
 
 
@@ -169,17 +169,17 @@ def _estimator() -> _Relay:
         goal_probability=1.4142135623730951e-5,
         confidence=Confidence.OK,
     )
-    node.out(STATE, state_to_msg(state, 0), DEEP_QOS)
-    node.hear(CLOCK, Clock)
-    node.hear(POSE, PoseWithCovarianceStamped, node.answer)
+    node.add_output(STATE, state_to_msg(state, 0), DEEP_QOS)
+    node.subscribe(CLOCK, Clock)
+    node.subscribe(POSE, PoseWithCovarianceStamped, node.answer)
     return node
 
 
 def _controller() -> _Relay:
     node = _Relay('goal_reaching_controller')
-    node.out(CMD_VEL, twist_to_msg(_TWIST, 0))
-    node.hear(BUMPERS, LaserScan)
-    node.hear(STATE, DiagnosticArray, node.answer)
+    node.add_output(CMD_VEL, twist_to_msg(_TWIST, 0))
+    node.subscribe(BUMPERS, LaserScan)
+    node.subscribe(STATE, DiagnosticArray, node.answer)
     return node
 
 

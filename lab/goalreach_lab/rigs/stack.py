@@ -1,8 +1,9 @@
-"""A stack under test: `goalreach run` in a process of its own, and the processes of its nodes."""
+"""A stack under test: `goalreach run` as a child process, and the processes of its nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 import contextlib
 import fcntl
 import os
@@ -12,23 +13,39 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from goalreach_bringup.launch.environment import FIRST_DOMAIN, open_domain_file
-from goalreach_lab.rigs.proc_file import find_child
+from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.topics import NODES
 
 _END_S: Final = 20.0
+_KEPT_LINES: Final = 200
 
 
-def goalreach_command(*words: str) -> list[str]:
-    """Return the command line of one of our commands."""
-    return [sys.executable, '-m', 'goalreach_bringup.cli', *words]
+def start_command(
+    *words: str, environment: Mapping[str, str], output: int | IO[str] = subprocess.PIPE
+) -> subprocess.Popen[str]:
+    """Start a command of goalreach as a child process that prints to one stream.
+
+    Args:
+        words: The command and its arguments.
+        environment: Its environment.
+        output: Stream of what it prints.
+    """
+    return subprocess.Popen(
+        [sys.executable, '-m', 'goalreach_bringup.cli', *words],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
 
 
 def wait_or_kill(process: subprocess.Popen[Any], limit_s: float) -> bool:
-    """Wait for the end of a process that was asked to end; return whether it did by itself."""
+    """Wait until a process ends, and kill it after the limit; return whether it ended itself."""
     try:
         process.wait(limit_s)
     except subprocess.TimeoutExpired:
@@ -39,22 +56,26 @@ def wait_or_kill(process: subprocess.Popen[Any], limit_s: float) -> bool:
 
 
 class Stack:
-    """A running stack; what it prints is handed on line by line.
+    """A running stack.
 
     Args:
         arguments: Of `goalreach run`.
         domain: Its ROS domain.
-        log_directory: Where it keeps its logs.
-        tell: Called with each line, from a thread of this object.
+        log_directory: Directory of its logs.
+        on_line: Called with each line that it prints, from a thread of this object.
+
+    Attributes:
+        lines: The last lines that it printed.
+        environment: Environment of its processes; further commands may join the graph with it.
     """
 
     def __init__(
         self,
-        arguments: list[str],
+        arguments: Sequence[str],
         *,
         domain: int,
         log_directory: Path,
-        tell: Callable[[str], None],
+        on_line: Callable[[str], object] | None = None,
     ) -> None:
         """Start it."""
         self.environment = {
@@ -63,21 +84,17 @@ class Stack:
             'ROS_LOG_DIR': str(log_directory),
             'NO_COLOR': '1',
         }
-        self._tell = tell
-        self._process = subprocess.Popen(
-            goalreach_command('run', *arguments),
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        self.lines: deque[str] = deque(maxlen=_KEPT_LINES)
+        self._on_line = on_line
+        self._process = start_command('run', *arguments, environment=self.environment)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
         for line in self._process.stdout or ():
-            self._tell(line.rstrip())
+            self.lines.append(line.rstrip())
+            if self._on_line is not None:
+                self._on_line(line.rstrip())
 
     @property
     def pid(self) -> int:
@@ -93,7 +110,7 @@ class Stack:
         """Return the process id of a node.
 
         Raises:
-            GoalreachError: It does not run now.
+            GoalreachError: No process runs it now.
         """
         pid = self.find_node(node)
         if pid is None:
@@ -102,7 +119,7 @@ class Stack:
 
     def find_node(self, node: str) -> int | None:
         """Return the process id of a node, or None."""
-        return find_child(self.pid, node)
+        return find_descendant(self.pid, node)
 
     def send(self, node: str, number: signal.Signals) -> None:
         """Send a signal to a node, if it runs."""
@@ -110,22 +127,20 @@ class Stack:
         if pid is not None:
             os.kill(pid, number)
 
-    def stop(self, number: signal.Signals = signal.SIGINT) -> bool:
-        """End it; return whether it ended by itself."""
+    def stop(self) -> None:
+        """Interrupt it and wait until it has ended."""
         for node in NODES:
             self.send(node, signal.SIGCONT)
         if self.alive:
-            self._process.send_signal(number)
-        if not wait_or_kill(self._process, _END_S):
-            return False
+            self._process.send_signal(signal.SIGINT)
+        wait_or_kill(self._process, _END_S)
         self._reader.join(1.0)
-        return True
 
     def wait_for_nodes(self, limit_s: float = 20.0) -> None:
         """Wait until every node has its process.
 
         Raises:
-            GoalreachError: One has not, in time.
+            GoalreachError: A node has no process at the limit, or the launcher has ended.
         """
         deadline_s = time.monotonic() + limit_s
         while any(self.find_node(node) is None for node in NODES):
@@ -135,7 +150,7 @@ class Stack:
 
 
 def free_domains(count: int) -> list[int]:
-    """Return domains in which no stack of this person runs now, from ROS_DOMAIN_ID on, else 10."""
+    """Return domains that no stack of this user holds, from ROS_DOMAIN_ID on, else from 10 on."""
     found: list[int] = []
     given = os.environ.get('ROS_DOMAIN_ID', '')
     domain = int(given) if given.isdecimal() else FIRST_DOMAIN

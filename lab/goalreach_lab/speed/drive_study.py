@@ -1,4 +1,4 @@
-"""Random drives that look for a flaw in the physics: walls, limits, odometry, step length."""
+"""Random drives that search for flaws in the physics: walls, limits, odometry, step length."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _STEPS = 8
 """Commands of a drive and steps of each command; chosen."""
 
 _TOP_SPEED_M_PER_S = 20.0
-"""Far beyond the machine's 0.6 m/s: walls must hold at any speed."""
+"""Far above the robot's 0.6 m/s: walls must hold at any speed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveStudy:
-    """The worst that was seen over all drives; each is zero but for rounding.
+    """The worst of all drives; each value is zero up to rounding.
 
     Attributes:
-        drives: How many there were.
-        bumps: How many of them ended against a wall.
+        drives: Number of drives.
+        bumps: Number of drives that ended against a wall.
         overlap_m: Deepest overlap of the body with a wall.
         speed_excess: Speed above the limit of an axis (m/s or rad/s).
         acceleration_excess: Gain of speed in a step beyond acceleration times time.
@@ -54,15 +54,15 @@ class _Drive:
 
 
 def study_drives(drives: int, rng: np.random.Generator) -> DriveStudy:
-    """Drive at random and return the worst of everything.
+    """Drive at random and return the worst of each flaw.
 
     Each drive has a random start (one in four against a wall), a random top speed up to twenty
     metres a second, random commands of random durations, and is driven three times: in short
     steps with perfect encoders and no slip, and with slip in short and in long steps.
 
     Args:
-        drives: How many.
-        rng: Where they are drawn from.
+        drives: Number of drives.
+        rng: Source of randomness.
     """
     bumps = 0
     worst = {
@@ -80,8 +80,8 @@ def study_drives(drives: int, rng: np.random.Generator) -> DriveStudy:
         bumps += any(fine.bumpers)
         driven_m = sum(drive.top_speed_m_per_s * duration_s for _, duration_s in drive.commands)
         error_m = _difference(ideal.truth.pose, ideal.odometry.pose) / max(driven_m, 1.0)
-        _note(worst, 'odometry_error_m', error_m)
-        _note(worst, 'step_error', _difference(fine.truth.pose, coarse.truth.pose))
+        _raise_to(worst, 'odometry_error_m', error_m)
+        _raise_to(worst, 'step_error', _difference(fine.truth.pose, coarse.truth.pose))
     return DriveStudy(drives=drives, bumps=bumps, **worst)
 
 
@@ -129,11 +129,11 @@ def _step(robot: Robot, dt_s: float, worst: dict[str, float]) -> None:
     axes = (robot.translation, robot.steering)
     before = [abs(axis.velocity) for axis in axes]
     robot.advance(dt_s)
-    _note(worst, 'overlap_m', -robot.walls.clearance_m(robot.x_m, robot.y_m))
+    _raise_to(worst, 'overlap_m', -robot.walls.clearance_m(robot.x_m, robot.y_m))
     for axis, speed in zip(axes, before, strict=True):
         gain = abs(axis.velocity) - speed
-        _note(worst, 'speed_excess', abs(axis.velocity) - axis.max_speed)
-        _note(worst, 'acceleration_excess', gain - axis.acceleration * dt_s)
+        _raise_to(worst, 'speed_excess', abs(axis.velocity) - axis.max_speed)
+        _raise_to(worst, 'acceleration_excess', gain - axis.acceleration * dt_s)
 
 
 def _difference(one: Pose2, other: Pose2) -> float:
@@ -141,5 +141,5 @@ def _difference(one: Pose2, other: Pose2) -> float:
     return max(distance_m, abs(angle_difference(one.heading_rad, other.heading_rad)))
 
 
-def _note(worst: dict[str, float], name: str, value: float) -> None:
+def _raise_to(worst: dict[str, float], name: str, value: float) -> None:
     worst[name] = max(worst[name], value)

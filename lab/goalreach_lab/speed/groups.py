@@ -8,7 +8,7 @@ import importlib
 from typing import Final
 
 from goalreach_lab.row import BenchRow
-from goalreach_lab.speed.budget import Budget
+from goalreach_lab.speed.measurement import Budget
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ environment until it reaches the goal from all 22 starts. What is not installed 
 the command says so.""",
     ),
     'driving': Group(
-        source='core_rows.driving_rows',
+        source='driving.driving_rows',
         title='Driving with rendered images in one process',
         text="""\
 Everything included: motion, rendering, noise, spots, filter, memberships, policy, command. The

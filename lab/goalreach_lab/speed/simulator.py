@@ -1,4 +1,4 @@
-"""The simulator: speed of physics and images, flaws in random drives, the speed it holds."""
+"""The simulator: speed of physics and images, flaws in random drives, rate of the clock."""
 
 from __future__ import annotations
 
@@ -6,28 +6,33 @@ import argparse
 import math
 import statistics
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from goalreach_lab.rigs.random_drives import STEP_S, STEPS, RandomDrives, drive_batch, drive_one
+from goalreach_lab.rigs.random_drives import (
+    STEP_S,
+    STEPS,
+    IrSimDrives,
+    RandomDrives,
+    drive_batch,
+    drive_one,
+    is_irsim_installed,
+)
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.speed.drive_study import study_drives
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import noise_preset
+from goalreach_sim.camera_renderer import CameraRenderer
+from goalreach_sim.camera_view import CameraPose
+from goalreach_sim.simulator_config import SimulatorConfig
 
-if TYPE_CHECKING:
-    from goalreach_lab.rigs.irsim_drives import IrSimDrives
-
-
-SUMMARY = (
-    'Physics beside IR-SIM, time of an image, flaws in random drives, speed held by the graph'
-)
+SUMMARY = 'Physics beside IR-SIM, time of an image, flaws in random drives, rate of the clock'
 
 _ROUNDS = 5
 _DRIVES_OF_ONE = 8
 _NOTHING = 1e-9
 _OVERLAP_M = 1e-6
-_IMAGE_MS = 0.3
 _RATIO = 100.0
 _PERCENT = 2.0
 
@@ -37,9 +42,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add('--robots', type=int, default=8192, help='robots that are simulated at once')
     add('--images', type=int, default=1000, help='images to time')
-    add('--drives', type=int, default=10_000, help='random drives that look for flaws')
-    add('--graph-seconds', type=float, default=20.0, help='time to look on the graph; 0: not')
-    add('--speed', type=float, default=4.0, help='speed that the graph is to hold')
+    add('--drives', type=int, default=10_000, help='random drives that search for flaws')
+    add(
+        '--graph-seconds',
+        type=float,
+        default=20.0,
+        help='time on the clock of the graph; 0: none',
+    )
+    add('--speed', type=float, default=4.0, help='speed requested of the graph')
 
 
 def execute(options: argparse.Namespace) -> list[BenchRow]:
@@ -56,16 +66,14 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     rows.append(_image_row(options.images, rng))
     rows += _flaw_rows(options.drives, rng)
     if options.graph_seconds > 0.0:
-        rows.append(_speed_row(options.speed, options.graph_seconds, options.seed))
+        rows.append(_clock_row(options.speed, options.graph_seconds, options.seed))
     return rows
 
 
 def _physics_rows(robots: int, rng: np.random.Generator) -> list[BenchRow]:
-    from goalreach_lab.rigs.irsim_drives import IrSimDrives, is_installed
-
     arena = Arena()
     drives = RandomDrives.draw(max(robots, _ROUNDS * _DRIVES_OF_ONE), arena, rng)
-    peer = IrSimDrives(arena) if is_installed() else None
+    peer = IrSimDrives(arena) if is_irsim_installed() else None
     if peer is None:
         print('IR-SIM is not installed: its column is left out (pip install goalreach[bench])')
     batch, one, other = [], [], []
@@ -114,7 +122,7 @@ def _time_one(drives: RandomDrives, chosen: range, arena: Arena) -> float:
 
 
 def _time_peer(peer: IrSimDrives, drives: RandomDrives, chosen: range) -> float:
-    """Return how long the steps of some drives take; putting the robot back does not count."""
+    """Return the wall time of the steps of some drives, s, without placing the robot."""
     wall_s = 0.0
     for index in chosen:
         peer.place(drives, index)
@@ -125,11 +133,6 @@ def _time_peer(peer: IrSimDrives, drives: RandomDrives, chosen: range) -> float:
 
 
 def _image_row(images: int, rng: np.random.Generator) -> BenchRow:
-    from goalreach_msgs_py.noise import noise_preset
-    from goalreach_sim.camera_renderer import CameraRenderer
-    from goalreach_sim.camera_view import CameraPose
-    from goalreach_sim.simulator_config import SimulatorConfig
-
     arena = Arena()
     config = SimulatorConfig.for_arena(arena, noise_preset('nominal'))
     leds_m = config.landmark_array_m
@@ -161,15 +164,12 @@ def _image_row(images: int, rng: np.random.Generator) -> BenchRow:
         name='rendering a nominal 640x480 image of three LEDs, median',
         unit='ms',
         ours=statistics.median(took_ms),
-        goal=Goal(of='ours', relation='<=', bound=_IMAGE_MS),
         n=images,
         note=f'99 of 100 within {np.percentile(took_ms, 99):.3g} ms',
     )
 
 
 def _flaw_rows(drives: int, rng: np.random.Generator) -> list[BenchRow]:
-    from goalreach_lab.speed.drive_study import study_drives
-
     study = study_drives(drives, rng)
     figures = (
         ('overlap of body and wall', 'm', study.overlap_m, _OVERLAP_M),
@@ -196,16 +196,16 @@ def _flaw_rows(drives: int, rng: np.random.Generator) -> list[BenchRow]:
     ]
 
 
-def _speed_row(speed: float, seconds: float, seed: int) -> BenchRow:
-    from goalreach_lab.rigs.ros_clock_rate import measure_clock_rate
+def _clock_row(speed: float, seconds: float, seed: int) -> BenchRow:
+    from goalreach_lab.rigs.ros_run_clock import measure_clock_rate
 
     seen = measure_clock_rate(speed, seconds, seed)
-    off = min(abs(seen.measured / expected - 1.0) for expected in (speed, seen.told))
+    off = min(abs(seen.measured / expected - 1.0) for expected in (speed, seen.reported))
     return BenchRow(
-        name=f'clock of the graph at --speed {speed:g}, off that or what it tells',
+        name=f'clock of the graph at --speed {speed:g}, off the requested or the reported speed',
         unit='%',
         ours=off * 100.0,
         goal=Goal(of='ours', relation='<=', bound=_PERCENT),
         n=seen.ticks,
-        note=f'ran {seen.measured:.4g} times real time, by its own words {seen.told:.4g}',
+        note=f'measured {seen.measured:.4g} times real time, reported {seen.reported:.4g}',
     )

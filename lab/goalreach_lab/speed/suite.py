@@ -34,9 +34,9 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
         GoalreachError: An option is refused, a file cannot be written, or a graph under test
             does not come up.
     """
-    from goalreach_lab.speed.budget import Budget
     from goalreach_lab.speed.document import write_document
     from goalreach_lab.speed.groups import GROUPS, rows_of
+    from goalreach_lab.speed.measurement import Budget
     from goalreach_msgs_py.errors import ConfigurationError
     from goalreach_msgs_py.files import require_writable
 

@@ -7,7 +7,7 @@ import socket
 
 import pytest
 
-from goalreach_lab.rigs.proc_file import (
+from goalreach_lab.rigs.processes import (
     Holdings,
     Listener,
     holdings_of,

@@ -13,7 +13,7 @@ from rclpy.qos import QoSProfile
 
 from goalreach_bringup.launch.plan import resume_parameters
 from goalreach_bringup.launch.referee import Progress
-from goalreach_lab.rigs.proc_file import find_child
+from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import NODES
@@ -23,7 +23,7 @@ import graphs
 
 def process_of(launcher: subprocess.Popen[str], node: str) -> int:
     """Return the process id of a node that this launcher started."""
-    pid = find_child(launcher.pid, node)
+    pid = find_descendant(launcher.pid, node)
     assert pid is not None, f'{node} is not running'
     return pid
 
@@ -61,7 +61,7 @@ def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
         with graphs.goalreach(['run'], domain=domain, home=tmp_path) as run:
             assert serve_until(lambda: bool(commands), 30.0), run.communicate()[0]
             while run.poll() is None:
-                victim = find_child(run.pid, 'state_estimator')
+                victim = find_descendant(run.pid, 'state_estimator')
                 if victim is not None:
                     os.kill(victim, signal.SIGKILL)
                 serve_until(lambda: False, 0.1)

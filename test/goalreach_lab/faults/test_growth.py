@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from goalreach_lab.faults.growth import Sample, files_gained, growths
-from goalreach_lab.rigs.proc_file import Holdings
+from goalreach_lab.rigs.processes import Holdings
 
 
 def samples(

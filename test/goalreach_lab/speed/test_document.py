@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from goalreach_lab.row import BenchRow, Goal
-from goalreach_lab.speed.budget import Budget
 from goalreach_lab.speed.document import write_document
+from goalreach_lab.speed.driving import profile_driving
 from goalreach_lab.speed.groups import GROUPS
-from goalreach_lab.speed.profile import profile_driving
+from goalreach_lab.speed.measurement import Budget
 
 BUDGET = Budget(seed=3, scale=0.02)
 

@@ -2,9 +2,8 @@ import argparse
 
 import pytest
 
-from goalreach_lab.rigs import irsim_drives, sb3_learning
-from goalreach_lab.rigs.sb3_learning import DqnLearning
 from goalreach_lab.speed import learning_peers
+from goalreach_lab.speed.learning_peers import DqnLearning
 from goalreach_msgs_py.errors import ConfigurationError
 
 
@@ -15,8 +14,8 @@ def options(rounds: int) -> argparse.Namespace:
 def test_without_peers_the_rows_say_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for peer in (irsim_drives, sb3_learning):
-        monkeypatch.setattr(peer, 'is_installed', lambda: False)
+    for peer in ('irsim', 'sb3'):
+        monkeypatch.setattr(learning_peers, f'is_{peer}_installed', lambda: False)
     (row,) = learning_peers.execute(options(1))
     assert row.ours > 0.0
     assert row.reference is None

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from goalreach_lab.cli import main
-from goalreach_lab.rigs import irsim_drives
-from goalreach_lab.rigs.random_drives import RandomDrives, drive_batch
+from goalreach_lab.rigs.random_drives import IrSimDrives, RandomDrives, drive_batch
 from goalreach_lab.speed import simulator
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
@@ -30,7 +29,7 @@ def test_every_figure_is_there_and_finds_no_flaw() -> None:
 def test_says_what_to_install_where_the_peer_is_missing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(irsim_drives, 'is_installed', lambda: False)
+    monkeypatch.setattr(simulator, 'is_irsim_installed', lambda: False)
     rows = simulator.execute(OPTIONS)
     assert 'pip install goalreach[bench]' in capsys.readouterr().out
     assert rows[0].reference is None
@@ -61,26 +60,9 @@ def test_drives_are_the_same_for_the_same_seed_and_stay_inside() -> None:
 def test_the_peer_drives_the_same_drives() -> None:
     pytest.importorskip('irsim', reason='the extra bench is not installed')
     drives = RandomDrives.draw(12, Arena(), np.random.default_rng(3))
-    ends, peer = drive_batch(drives, Arena()), irsim_drives.IrSimDrives(Arena())
+    ends, peer = drive_batch(drives, Arena()), IrSimDrives(Arena())
     gaps_m = []
     for index in range(12):
         peer.place(drives, index)
         gaps_m.append(np.hypot(*(peer.drive(drives, index) - ends[:, index])[:2]))
     assert np.median(gaps_m) < 0.05
-
-
-def test_the_clock_is_held_against_what_was_told_of_the_same_time() -> None:
-    from goalreach_lab.rigs.ros_clock_rate import _rate
-
-    # Ten seconds at twice real time, five at 1.5 (told at their end), five at 2.
-    walls_s = np.arange(0.0, 20.01, 0.02)
-    sim_s = np.interp(walls_s, [0.0, 10.0, 15.0, 20.0], [0.0, 20.0, 27.5, 37.5])
-    ticks = [
-        (100.0 + float(w), round(float(s) * 1e9)) for w, s in zip(walls_s, sim_s, strict=True)
-    ]
-    rate = _rate(ticks, [(98.0, 0.3), (115.0, 1.5), (123.0, 0.2)], 2.0)
-    assert rate.measured == pytest.approx(37.5 / 20.0)
-    assert rate.told == pytest.approx(37.5 / 20.0)
-    silent = _rate(ticks, [], 2.0)
-    assert silent.measured == pytest.approx(37.5 / 20.0)
-    assert silent.told == 2.0

@@ -1,4 +1,4 @@
-"""A run and its live page as processes of their own, watched from outside."""
+"""A run and its dashboard as processes of their own, measured from outside."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import threading
 import time
 from typing import Final
 
-from goalreach_lab.rigs.proc_file import descendants_of, processor_s
+from goalreach_lab.rigs.processes import CpuMeter, descendants_of
 from goalreach_lab.rigs.ros_run_clock import RunClock
-from goalreach_lab.rigs.stack import Stack, free_domains, goalreach_command, wait_or_kill
+from goalreach_lab.rigs.stack import Stack, free_domains, start_command, wait_or_kill
 from goalreach_msgs_py.errors import GoalreachError
 
 _UP_S: Final = 40.0
@@ -26,7 +26,7 @@ _END_S: Final = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class PagedRun:
+class ClockedRun:
     """A run that drives.
 
     Attributes:
@@ -39,11 +39,11 @@ class PagedRun:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LivePage:
+class ServedPage:
     """The page of a run.
 
     Attributes:
-        pid: Process id of what serves it.
+        pid: Id of the process that serves it.
         url: Its address.
     """
 
@@ -52,14 +52,14 @@ class LivePage:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Look:
-    """What was seen of processes for some time.
+class RunLoad:
+    """Speed and processor time of a run over some time.
 
     Attributes:
-        wall_s: How long.
+        wall_s: Duration.
         clock_s: Simulated seconds that passed.
         used_s: Processor time of each group of processes, s.
-        load: Processes that wanted to run at its end, average of a minute.
+        load: Load average of the machine at its end, over one minute.
     """
 
     wall_s: float
@@ -78,7 +78,7 @@ class Look:
 
 
 @contextmanager
-def paged_run(arguments: Sequence[str]) -> Iterator[PagedRun]:
+def clocked_run(arguments: Sequence[str]) -> Iterator[ClockedRun]:
     """Start `goalreach run` without a page and wait until it drives; end it after.
 
     Raises:
@@ -87,77 +87,60 @@ def paged_run(arguments: Sequence[str]) -> Iterator[PagedRun]:
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         domain = free_domains(1)[0]
         clock = RunClock(domain)
-        said: list[str] = []
-        stack = Stack(
-            ['--no-dashboard', '--starts', 'random', *arguments],
-            domain=domain,
-            log_directory=Path(folder),
-            tell=said.append,
-        )
+        words = ['--no-dashboard', '--starts', 'random', *arguments]
+        stack = Stack(words, domain=domain, log_directory=Path(folder))
         try:
             clock.wait_until(_BEGUN_S, _UP_S)
-            yield PagedRun(stack=stack, clock=clock)
+            yield ClockedRun(stack=stack, clock=clock)
         except GoalreachError as error:
-            raise GoalreachError(f'{error}; {"; ".join(said[-3:])}') from None
+            raise GoalreachError(f'{error}; {"; ".join(list(stack.lines)[-3:])}') from None
         finally:
             stack.stop()
             clock.close()
 
 
 @contextmanager
-def live_page(run: PagedRun) -> Iterator[LivePage]:
+def served_page(run: ClockedRun) -> Iterator[ServedPage]:
     """Serve the page of a run; end it after.
 
     Raises:
         GoalreachError: It does not come up.
     """
-    process = subprocess.Popen(
-        goalreach_command('dashboard', '--port', '0'),
-        env=run.stack.environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
+    process = start_command('dashboard', '--port', '0', environment=run.stack.environment)
     try:
-        yield LivePage(pid=process.pid, url=_link(process))
+        yield ServedPage(pid=process.pid, url=_wait_for_url(process))
     finally:
         process.send_signal(signal.SIGINT)
         wait_or_kill(process, _END_S)
 
 
-def _link(process: subprocess.Popen[str]) -> str:
-    """Return the address that a page tells; what it says after that is read and left."""
+def _wait_for_url(process: subprocess.Popen[str]) -> str:
+    """Return the address that a page prints; a thread drops what it prints after that."""
     lines = process.stdout or ()
-    said = []
+    printed = []
     for line in lines:
-        said.append(line.strip())
+        printed.append(line.strip())
         found = re.search(r'live page: (http://\S+)', line)
         if found:
             threading.Thread(target=list, args=(lines,), daemon=True).start()
             return found[1]
-    raise GoalreachError(f'the page did not come up: {" ".join(said)}')
+    raise GoalreachError(f'the page did not come up: {" ".join(printed)}')
 
 
-def look(run: PagedRun, seconds: float, groups: Sequence[int]) -> Look:
-    """Look at a run for some time.
+def measure_load(run: ClockedRun, seconds: float, groups: Sequence[int]) -> RunLoad:
+    """Measure a run for some time.
 
     Args:
         run: The run.
-        seconds: How long.
-        groups: Process ids; each stands for itself and its descendants.
+        seconds: Duration, s.
+        groups: Process ids; each includes its descendants.
     """
-    families = [(pid, *descendants_of(pid)) for pid in groups]
-
-    def used() -> list[float]:
-        return [sum(map(processor_s, family)) for family in families]
-
-    began_s, clock_s, before = time.monotonic(), run.clock.now_s(), used()
+    meters = [CpuMeter([pid, *descendants_of(pid)]) for pid in groups]
+    began_s, clock_s = time.monotonic(), run.clock.now_s()
     time.sleep(seconds)
-    wall_s, passed_s, after = time.monotonic() - began_s, run.clock.now_s() - clock_s, used()
-    return Look(
-        wall_s=wall_s,
-        clock_s=passed_s,
-        used_s=tuple(late - early for late, early in zip(after, before, strict=True)),
+    return RunLoad(
+        wall_s=time.monotonic() - began_s,
+        clock_s=run.clock.now_s() - clock_s,
+        used_s=tuple(meter.used_s for meter in meters),
         load=os.getloadavg()[0],
     )

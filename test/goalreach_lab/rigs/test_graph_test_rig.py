@@ -2,7 +2,7 @@
 
 import pytest
 
-from goalreach_lab.rigs.stand import Stand
+from goalreach_lab.rigs.graph_test_rig import GraphTestRig
 from graphs import fresh_domain
 
 pytestmark = pytest.mark.graph
@@ -15,23 +15,23 @@ def _domain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize('composed', [False, True])
 def test_the_relay_ticks_in_lockstep(*, composed: bool) -> None:
-    with Stand.ready() as stand, stand.relay('lockstep', composed=composed):
-        seen = stand.look('ticks', 0.2)
+    with GraphTestRig.open() as rig, rig.relay('lockstep', composed=composed):
+        seen = rig.measure('ticks', 0.2)
     first_ns, last_ns = seen['stamps_ns']
     assert last_ns - first_ns > 0
     assert (last_ns - first_ns) % 40_000_000 == 0
 
 
 def test_the_relay_answers_images_in_real_time() -> None:
-    with Stand.ready() as stand, stand.relay('realtime'):
-        seen = stand.look('latency', 0.5)
+    with GraphTestRig.open() as rig, rig.relay('realtime'):
+        seen = rig.measure('latency', 0.5)
     assert seen['took_ms']
     assert min(seen['took_ms']) > 0.0
 
 
 def test_bare_nodes_are_found_after_they_were_started() -> None:
-    with Stand.ready() as stand, stand.probe('nodes', 4) as probe:
+    with GraphTestRig.open() as rig, rig.probe('nodes', 4) as probe:
         assert probe.read() == {'listens': True}
-        with stand.bare() as pids:
+        with rig.bare_nodes() as pids:
             assert len(pids) == 4
-            assert probe.read()['at_s'] > stand.began_s
+            assert probe.read()['at_s'] > rig.began_s

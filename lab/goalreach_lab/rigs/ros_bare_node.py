@@ -1,6 +1,6 @@
-"""A node that does nothing, by rclpy alone: the floor of memory and of coming up.
+"""A node that only imports rclpy: the floor of memory and of start-up time.
 
-python -m goalreach_lab.rigs.ros_bare NAME
+python -m goalreach_lab.rigs.ros_bare_node NAME
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _SPIN_S = 0.25
 
 
 def main() -> None:
-    """Be there until SIGINT or SIGTERM."""
+    """Spin until SIGINT or SIGTERM."""
     rclpy.init(args=[])
     node = rclpy.create_node(sys.argv[1])
     executor = EventsExecutor()

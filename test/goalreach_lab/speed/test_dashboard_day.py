@@ -10,7 +10,7 @@ import pytest
 
 from goalreach_evaluation.summary_file import append_line
 from goalreach_lab.cli import main
-from goalreach_lab.speed.page_day import longest_stretch, rows_of
+from goalreach_lab.speed.dashboard_day import compare_ends, longest_stretch
 
 
 def day(page_mb: Callable[[int], float], minutes: int = 120) -> list[dict[str, Any]]:
@@ -24,21 +24,21 @@ def day(page_mb: Callable[[int], float], minutes: int = 120) -> list[dict[str, A
             'nodes': 950,
             'handles': 35,
             'threads': 26,
-            'pictures': 100,
+            'updates': 100,
         }
         for minute in range(1, minutes + 1)
     ]
 
 
 def test_what_stays_flat_is_flat() -> None:
-    rows = rows_of(day(lambda _: 100.0))
+    rows = compare_ends(day(lambda _: 100.0))
     assert [row.ratio for row in rows] == [1.0] * 6
     assert all(row.met is not False for row in rows)
-    assert rows[0].note == '2.00 h simulated, 12000 pictures'
+    assert rows[0].note == '2.00 h simulated, 12000 updates'
 
 
 def test_what_grows_is_told() -> None:
-    row = rows_of(day(lambda minute: 100.0 + minute))[0]
+    row = compare_ends(day(lambda minute: 100.0 + minute))[0]
     assert row.reference == pytest.approx(109.5)  # minutes 2 to 17
     assert row.ours == pytest.approx(212.5)  # minutes 105 to 120
     assert row.met is False
@@ -48,13 +48,13 @@ def test_garbage_is_not_held() -> None:
     minutes = day(lambda _: 100.0)
     for number, minute in enumerate(minutes):
         minute['nodes'] += 300 if number % 4 else 0
-    (row,) = [row for row in rows_of(minutes) if 'nodes' in row.name]
+    (row,) = [row for row in compare_ends(minutes) if 'nodes' in row.name]
     assert row.ours == row.reference == 950
 
 
 def test_warming_up_does_not_count() -> None:
-    assert rows_of(day(lambda minute: 50.0 if minute < 2 else 100.0))[0].ratio == 1.0
-    assert rows_of(day(lambda _: 100.0, minutes=1)) == []
+    assert compare_ends(day(lambda minute: 50.0 if minute < 2 else 100.0))[0].ratio == 1.0
+    assert compare_ends(day(lambda _: 100.0, minutes=1)) == []
 
 
 def test_a_page_opened_later_is_another() -> None:

@@ -1,4 +1,4 @@
-"""Graphs to be measured, ours and bare ones, and the probe that looks at them."""
+"""A test rig for graphs: runs ours or a floor in a ROS domain, and measures it from outside."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.topics import NODES
 
 _RELAY: Final = 'goalreach_lab.rigs.ros_relay'
-_BARE: Final = 'goalreach_lab.rigs.ros_bare'
+_BARE: Final = 'goalreach_lab.rigs.ros_bare_node'
 _PROBE: Final = 'goalreach_lab.rigs.ros_probe'
 _END_S: Final = 10.0
 
 
-class Stand:
-    """A ROS domain of its own, and what runs in it.
+class GraphTestRig:
+    """A ROS domain of its own, in which graphs are run and measured.
 
     Attributes:
-        began_s: Time of the monotonic clock when the last graph was started.
+        began_s: Time of the monotonic clock at which the last graph was started.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -41,31 +41,34 @@ class Stand:
 
     @classmethod
     @contextmanager
-    def ready(cls) -> Iterator[Stand]:
-        """Yield a stand with a folder that goes when it does."""
+    def open(cls) -> Iterator[GraphTestRig]:
+        """Yield a rig with a temporary folder for logs."""
         with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
             yield cls(Path(folder))
 
     @contextmanager
-    def relay(self, kind: str, *, composed: bool = False) -> Iterator[None]:
-        """Run the floor.
+    def relay(self, kind: str, *, composed: bool = False) -> Iterator[list[int]]:
+        """Run the floor: the same messages with callbacks that compute nothing.
 
         Args:
             kind: 'lockstep' or 'realtime'.
             composed: Whether all nodes share one process.
+
+        Yields:
+            The process ids.
         """
         groups: list[Sequence[str]] = [NODES] if composed else [(name,) for name in NODES]
-        with self._together([(_RELAY, kind, *names) for names in groups]):
-            yield
-
-    @contextmanager
-    def bare(self) -> Iterator[list[int]]:
-        """Run four nodes that do nothing; yield their process ids."""
-        with self._together([(_BARE, name) for name in NODES]) as pids:
+        with self._run([(_RELAY, kind, *names) for names in groups]) as pids:
             yield pids
 
     @contextmanager
-    def _together(self, commands: Sequence[Sequence[str]]) -> Iterator[list[int]]:
+    def bare_nodes(self) -> Iterator[list[int]]:
+        """Run four nodes that only import rclpy; yield their process ids."""
+        with self._run([(_BARE, name) for name in NODES]) as pids:
+            yield pids
+
+    @contextmanager
+    def _run(self, commands: Sequence[Sequence[str]]) -> Iterator[list[int]]:
         self.began_s = time.monotonic()
         processes = [self._start(*command) for command in commands]
         try:
@@ -74,37 +77,37 @@ class Stand:
             for process in processes:
                 process.terminate()
             for process in processes:
-                _end(process)
+                _close(process)
 
     @contextmanager
     def stack(self, *arguments: str) -> Iterator[Stack]:
-        """Run `goalreach run` without end; yield it."""
-        said: list[str] = []
+        """Run `goalreach run` until the block ends.
+
+        Raises:
+            GoalreachError: It ended before.
+        """
         self.began_s = time.monotonic()
         stack = Stack(
-            ['--no-dashboard', *arguments],
-            domain=self._domain,
-            log_directory=self._folder,
-            tell=said.append,
+            ['--no-dashboard', *arguments], domain=self._domain, log_directory=self._folder
         )
         try:
             yield stack
             if not stack.alive:
-                raise GoalreachError(f'the stack ended: {said[-1] if said else "without a word"}')
+                raise GoalreachError(f'the stack ended: {"; ".join(list(stack.lines)[-1:])}')
         finally:
             stack.stop()
 
     @contextmanager
     def probe(self, kind: str, number: float = 0.0) -> Iterator[Probe]:
-        """Look at what runs, or will run, in the domain; see `ros_probe`."""
+        """Measure a graph that runs, or will run, in the domain; see `ros_probe`."""
         process = self._start(_PROBE, kind, str(number))
         try:
             yield Probe(process)
         finally:
-            _end(process)
+            _close(process)
 
-    def look(self, kind: str, number: float) -> dict[str, Any]:
-        """Return what the probe sees of a graph that runs."""
+    def measure(self, kind: str, number: float) -> dict[str, Any]:
+        """Return what the probe measures of a graph that runs."""
         with self.probe(kind, number) as probe:
             return probe.read()
 
@@ -114,32 +117,35 @@ class Stand:
             env=self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,  # one that ends while it begins complains
+            stderr=subprocess.DEVNULL,  # ended while it starts, a process prints a traceback
             text=True,
         )
 
 
 class Probe:
-    """A probe that runs."""
+    """A running probe process.
+
+    Args:
+        process: The process.
+    """
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
-        """Keep the process."""
         self._process = process
 
     def read(self) -> dict[str, Any]:
-        """Return its next line.
+        """Return the object on its next line.
 
         Raises:
-            GoalreachError: It ended without one.
+            GoalreachError: It ended without printing one.
         """
         line = self._process.stdout.readline() if self._process.stdout else ''
         if not line:
             raise GoalreachError('the graph under test did not come up')
-        said: dict[str, Any] = json.loads(line)
-        return said
+        values: dict[str, Any] = json.loads(line)
+        return values
 
 
-def _end(process: subprocess.Popen[str]) -> None:
+def _close(process: subprocess.Popen[str]) -> None:
     wait_or_kill(process, _END_S)
     if process.stdout:
         process.stdout.close()

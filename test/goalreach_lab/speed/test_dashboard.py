@@ -8,8 +8,8 @@ import os
 import pytest
 
 from goalreach_lab.cli import main
-from goalreach_lab.rigs.proc_file import descendants_of, processor_s
-from goalreach_lab.speed.page import configure, execute
+from goalreach_lab.rigs.processes import cpu_time_s, descendants_of
+from goalreach_lab.speed.dashboard import configure, execute
 import graphs
 
 pytest.importorskip('nicegui')
@@ -31,7 +31,7 @@ def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPa
     page = rows['lockstep, composed: the page']
     assert page.ours > 0.0
     assert '3 clients that paint nothing' in page.note
-    assert ' 0.0 pictures' not in page.note
+    assert ' 0.0 updates' not in page.note
     speed = rows['lockstep, composed: speed of the run with its page']
     assert speed.reference is not None
     assert speed.ours > 0.0 < speed.reference
@@ -46,8 +46,8 @@ def test_what_makes_no_sense_is_refused(
 
 
 def test_processor_time_is_of_this_process() -> None:
-    before_s = processor_s(os.getpid())
-    while processor_s(os.getpid()) < before_s + 0.05:
+    before_s = cpu_time_s(os.getpid())
+    while cpu_time_s(os.getpid()) < before_s + 0.05:
         pass
     assert os.getpid() in descendants_of(os.getppid())
-    assert processor_s(2**22 + 1) == 0.0
+    assert cpu_time_s(2**22 + 1) == 0.0

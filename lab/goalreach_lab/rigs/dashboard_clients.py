@@ -1,8 +1,8 @@
-"""Clients of the live page that paint nothing: they take each picture and ask for the next.
+"""Clients of the dashboard that paint nothing: they take each update and ask for the next.
 
 A browser without a graphics card spends most of its processor time on painting. These clients
-speak the same words to the page's process and cost next to nothing themselves, so what the page
-costs can be told from what browsers on the same machine cost.
+speak the same protocol and need hardly any processor time, so that the cost of the page can be
+measured apart from that of browsers on the same machine.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _SOCKET: Final = '_nicegui_ws/socket.io'
 _UP_S: Final = 30.0
 
 
-class PageClient:
-    """One client.
+class DashboardClient:
+    """One client of a page.
 
     Attributes:
-        pictures: Pictures so far.
+        updates: Updates received so far.
     """
 
     def __init__(self) -> None:
         """Prepare; nothing is opened yet."""
         import socketio
 
-        self.pictures = 0
+        self.updates = 0
         self._socket = socketio.AsyncClient(reconnection=False)
         self._event: dict[str, Any] = {}
 
@@ -55,7 +55,7 @@ class PageClient:
         if not (client and live and listener):
             raise GoalreachError(f'{url}: is not a live page')
         self._event = {'id': int(live), 'client_id': client, 'listener_id': listener}
-        self._socket.on('run_javascript', self._on_words)
+        self._socket.on('run_javascript', self._on_script)
         query = {
             'client_id': client,
             'next_message_id': 0,
@@ -78,9 +78,9 @@ class PageClient:
         answer = ['true' if everything else 'false']
         await self._socket.emit('event', {**self._event, 'args': answer})
 
-    async def _on_words(self, message: dict[str, Any]) -> None:
+    async def _on_script(self, message: dict[str, Any]) -> None:
         if '"apply"' in message.get('code', '') and self._socket.connected:
-            self.pictures += 1
+            self.updates += 1
             await self._ask(everything=False)
 
     async def close(self) -> None:
@@ -89,17 +89,17 @@ class PageClient:
 
 
 @contextmanager
-def page_clients(url: str, count: int) -> Iterator[list[PageClient]]:
-    """Keep a page open in a number of clients, in a thread of their own.
+def dashboard_clients(url: str, count: int) -> Iterator[list[DashboardClient]]:
+    """Keep a page open in a number of clients, which run in a thread of their own.
 
     Raises:
         GoalreachError: It is not a live page.
         TimeoutError: It does not answer.
     """
     loop = asyncio.new_event_loop()
-    thread = threading.Thread(target=loop.run_forever, name='page clients', daemon=True)
+    thread = threading.Thread(target=loop.run_forever, name='dashboard clients', daemon=True)
     thread.start()
-    clients = [PageClient() for _ in range(count)]
+    clients = [DashboardClient() for _ in range(count)]
     try:
         for client in clients:
             opening = asyncio.wait_for(client.open(url), 2 * _UP_S)
