@@ -149,7 +149,7 @@ class Venv:
         """Yield the commands that can install, best first: uv knows no settings of pip."""
         uv = self.path / 'bin' / 'uv'
         if uv.exists():
-            yield [str(uv), 'pip', 'install', '--python', str(self.python)]
+            yield [str(uv), 'pip', 'install', '--system-certs', '--python', str(self.python)]
         yield self._pip()
 
     def _run(self, step: str, *commands: list[str]) -> None:
