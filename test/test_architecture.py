@@ -10,7 +10,6 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from architecture import (
-    LAB,
     PACKAGES,
     Module,
     check_cycles,
@@ -21,23 +20,13 @@ from architecture import (
     check_size,
     check_traces,
 )
+from drawing import all_modules, draw, drawn, package_imports
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT_SUFFIXES = {'.md', '.py', '.toml', '.xml', '.cfg', '.yaml', '.yml', '.meta', '.lock', '.json'}
 
 
-def _modules() -> list[Module]:
-    found = []
-    for package in (*PACKAGES, LAB):
-        base = ROOT / 'lab' if package == LAB else ROOT / 'src' / package
-        for path in sorted(base.glob(f'{package}/**/*.py')):
-            parts = path.relative_to(base).with_suffix('').parts
-            name = '.'.join(parts[:-1] if parts[-1] == '__init__' else parts)
-            found.append(Module(name=name, text=path.read_text()))
-    return found
-
-
-MODULES = _modules()
+MODULES = all_modules()
 
 
 def _texts() -> Iterator[tuple[str, str]]:
@@ -68,6 +57,10 @@ def test_imports_follow_one_order() -> None:
     complaints = check_cycles(MODULES)
 
     assert not complaints, '\n'.join(complaints)
+
+
+def test_the_drawing_shows_the_imports() -> None:
+    assert drawn() == draw(package_imports(MODULES)), 'run `python3 test/support/drawing.py`'
 
 
 @pytest.mark.parametrize('package', PACKAGES)
