@@ -84,8 +84,7 @@ def _execute(
         GoalreachError: An option is refused or a file cannot be written.
     """
     from goalreach_evaluation.summary_file import write_summary
-    from goalreach_evaluation.terminal import at_work
-    from goalreach_lab.report import rows_to_json, show_rows
+    from goalreach_lab.report import at_work, rows_to_json, show_rows
     from goalreach_msgs_py.files import require_writable
 
     options.__dict__.setdefault('seed', 0)

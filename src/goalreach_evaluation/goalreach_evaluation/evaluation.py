@@ -83,6 +83,11 @@ class Evaluation:
         return [path for session in self.sessions for path in session.paths]
 
     @property
+    def frames(self) -> int:
+        """Number of camera frames."""
+        return sum(session.frames for session in self.sessions)
+
+    @property
     def tally(self) -> PathTally:
         """Counts and means over the paths."""
         return PathTally.of(self.paths)
@@ -106,7 +111,7 @@ class Evaluation:
                 'arena': _label(request.arena),
                 'noise': _label(request.noise),
                 'starts': _label(request.starts),
-                'frames': sum(session.frames for session in self.sessions),
+                'frames': self.frames,
             },
         )
 

@@ -12,12 +12,7 @@ import importlib.util
 import multiprocessing
 from typing import Any, Final, TypeVar
 
-import numpy as np
-
-from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
-from goalreach_evaluation.starts import RunSeeds, random_starts
-from goalreach_learning.controller_config import ControllerConfig
-from goalreach_learning.training import train
+from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel
@@ -34,13 +29,13 @@ class SweepCase:
     """One case, with everything a worker on any machine needs.
 
     Attributes:
-        arena_name: What the arena is called in the results.
-        arena: Where to learn and drive.
-        noise_name: What the noise is called in the results.
-        noise: How far the sensors may be wrong.
+        arena_name: Name of the arena in the results.
+        arena: The arena.
+        noise_name: Name of the noise in the results.
+        noise: Errors of the sensors.
         mode: How the heading is chosen.
         drives: Number of random starts.
-        seed: Seed of everything random.
+        seed: Seed of every random draw.
     """
 
     arena_name: str
@@ -64,24 +59,20 @@ class SweepCase:
 
 
 def drive_case(case: SweepCase) -> dict[str, Any]:
-    """Learn and drive; return the case's key, and how many paths had which outcome."""
-    seeds = RunSeeds.spawn(case.seed)
-    starts = random_starts(case.arena, case.drives, np.random.default_rng(seeds.starts))
-    plan = EvaluationPlan(
+    """Learn and drive; return the key of the case and the number of paths of each outcome."""
+    request = EvaluationRequest(
         arena=case.arena,
+        starts=f'random:{case.drives}',
         noise=case.noise,
-        policy=train(case.arena, rng=np.random.default_rng(seeds.training)).policy,
-        controller=ControllerConfig(mode=case.mode),
-        starts=starts,
-        seed=seeds.simulator,
+        mode=case.mode,
+        seed=case.seed,
     )
-    sessions = drive_sessions(plan)
-    paths = [path for session in sessions for path in session.paths]
+    evaluation = evaluate(request)
     return {
         **case.key,
-        'outcomes': dict(Counter(path.outcome for path in paths)),
-        'sim_time_s': sum(path.duration_s for path in paths),
-        'frames': sum(session.frames for session in sessions),
+        'outcomes': dict(Counter(path.outcome for path in evaluation.paths)),
+        'sim_time_s': sum(path.duration_s for path in evaluation.paths),
+        'frames': evaluation.frames,
     }
 
 
@@ -123,7 +114,7 @@ def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
 
 
 def lost_work() -> tuple[type[BaseException], ...]:
-    """Return the exceptions that say a worker died, not that its work cannot be done."""
+    """Return the exceptions that mean a dead worker, not a failure of its work."""
     lost: tuple[type[BaseException], ...] = (BrokenProcessPool, CancelledError)
     if importlib.util.find_spec('distributed') is not None:
         from distributed.scheduler import KilledWorker

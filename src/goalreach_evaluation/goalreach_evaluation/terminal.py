@@ -1,4 +1,4 @@
-"""What commands show: progress on stderr, tables on stdout, plain text off a terminal."""
+"""Terminal output of commands: progress on stderr, tables on stdout, plain text in a pipe."""
 
 from __future__ import annotations
 
@@ -12,9 +12,7 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
-    SpinnerColumn,
     TextColumn,
-    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
@@ -27,15 +25,15 @@ from goalreach_msgs_py.angles import INCH_M
 def progress_bar(
     label: str, *, total: int, quiet: bool = False
 ) -> Iterator[Callable[[int], None]]:
-    """Show a progress bar on stderr while the context lasts; nothing off a terminal.
+    """Show a progress bar on stderr within the context, if stderr is a terminal.
 
     Args:
-        label: What is going on.
-        total: Steps in all.
+        label: Text of the bar.
+        total: Number of steps.
         quiet: Whether to show nothing.
 
     Yields:
-        A function that moves the bar on by a number of steps.
+        A function that advances the bar by a number of steps.
     """
     console = Console(stderr=True)
     with Progress(
@@ -52,27 +50,6 @@ def progress_bar(
         yield lambda steps: progress.advance(task, steps)
 
 
-@contextmanager
-def at_work(label: str) -> Iterator[None]:
-    """Show on stderr that something goes on, and for how long; nothing off a terminal.
-
-    Args:
-        label: What goes on. Bars that are shown meanwhile stand below it.
-    """
-    console = Console(stderr=True)
-    with Progress(
-        SpinnerColumn(),
-        TextColumn('{task.description}'),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-        redirect_stdout=sys.stdout.isatty(),
-        disable=not console.is_terminal,
-    ) as progress:
-        progress.add_task(label, total=None)
-        yield
-
-
 def show_paths_table(
     tally: PathTally,
     *,
@@ -81,14 +58,14 @@ def show_paths_table(
     wall_time_s: float,
     console: Console | None = None,
 ) -> None:
-    """Show how many paths reached the goal and how they were driven.
+    """Print success rate, measures and speed of many paths.
 
     Args:
-        tally: Of the paths; nothing is shown where there are none.
-        mode: How they were driven.
-        sim_time_s: Simulated seconds.
-        wall_time_s: Seconds on the wall clock.
-        console: Where to show it; stdout if None.
+        tally: Statistics over the paths; without any path nothing is printed.
+        mode: How the heading was chosen.
+        sim_time_s: Simulated time, seconds.
+        wall_time_s: Time on the wall clock, seconds.
+        console: Console to print on; stdout if None.
     """
     if not tally.paths:
         return
