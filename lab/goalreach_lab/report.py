@@ -15,26 +15,50 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from goalreach_lab.row import BenchRow
+from goalreach_lab.template import table
 
 _INDENT: Final = '  '
+_HEADINGS: Final = ('measurement', 'ours', 'reference', 'ratio', 'goal', 'met', 'n', 'note')
 
 
 def machine() -> str:
-    """Return what machine this is, in one line."""
+    """Return processor, cores and Python version of this machine in one line."""
     return f'{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}'
 
 
 def goals_met(rows: Iterable[BenchRow]) -> str:
-    """Return how many rows met their goal, and those that did not as a list in Markdown."""
-    aimed = [row for row in rows if row.met is not None]
-    missed = [row for row in aimed if not row.met]
-    line = f'{len(aimed) - len(missed)} of {len(aimed)} goals are met.'
+    """Return how many rows met their goals, and a Markdown list of those that did not."""
+    rated = [row for row in rows if row.met is not None]
+    missed = [row for row in rated if not row.met]
+    line = f'{len(rated) - len(missed)} of {len(rated)} goals are met.'
     if not missed:
         return line
-    return f'{line} Missed:\n\n' + '\n'.join(f'* {row.name}: {_judged(row)}' for row in missed)
+    return f'{line} Missed:\n\n' + '\n'.join(f'* {row.name}: {_verdict(row)}' for row in missed)
 
 
-def _judged(row: BenchRow) -> str:
+def bench_table(rows: Sequence[BenchRow]) -> str:
+    """Return rows as a Markdown table, without the columns that are empty in all of them."""
+    cells = [_cells(row) for row in rows]
+    used = [column for column in range(len(_HEADINGS)) if any(one[column] for one in cells)]
+    headings = [_HEADINGS[column] for column in used]
+    return table(headings, [[one[column] for column in used] for one in cells])
+
+
+def _cells(row: BenchRow) -> tuple[str, ...]:
+    reference = '' if row.reference is None else f'{row.reference:.3g} ({row.reference_name})'
+    return (
+        row.name,
+        f'{row.ours:.4g} {row.unit}'.strip(),
+        reference,
+        '' if row.ratio is None else f'{row.ratio:.3g}',
+        '' if row.goal is None else str(row.goal),
+        {True: 'yes', False: 'no', None: ''}[row.met],
+        str(row.n),
+        row.note,
+    )
+
+
+def _verdict(row: BenchRow) -> str:
     ratio = '' if row.ratio is None else f', ratio {row.ratio:.3g}'
     return f'{row.ours:.3g} {row.unit}{ratio}, goal {row.goal}'
 

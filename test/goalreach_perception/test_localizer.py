@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalreach_lab.localization.consistency import pose_error, pose_nees
+from goalreach_lab.localization.frame_log import pose_error, pose_nees
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import noise_preset

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from goalreach_lab.localization.bounds import one_image_bound
+from goalreach_lab.localization.bound_study import one_image_bound
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
 from goalreach_msgs_py.values import FloatArray

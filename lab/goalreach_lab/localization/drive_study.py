@@ -1,190 +1,270 @@
-"""Driving to the goal by images: errors, wrong beliefs, availability; and self-calibration."""
+"""Errors, availability and overconfidence while robots drive, over noise and calibration."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 import functools
 from typing import Any, Final
 
 import numpy as np
 
 from goalreach_evaluation.drive import InProcessDrive
-from goalreach_evaluation.sessions import EvaluationPlan, each
 from goalreach_evaluation.starts import random_starts
-from goalreach_lab.localization.beliefs import longest_gap_s, wrong_beliefs
-from goalreach_lab.localization.frame_log import FrameLog, Frames, percentiles
-from goalreach_lab.localization.wanderer import Wanderer
+from goalreach_lab.localization.frame_log import (
+    FrameLog,
+    Frames,
+    error_summary,
+    longest_gap_s,
+    overconfident_episodes,
+    percentiles,
+)
+from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_learning.controller_config import ControllerConfig
+from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.noise import NoiseModel, noise_preset
+from goalreach_msgs_py.values import Pose2
 
+SCALES: Final = {'none': 0.0, 'half': 0.5, 'nominal': 1.0, 'one and a half': 1.5, 'harsh': 2.0}
+_SCALED_FRAMES: Final = 1500
 _NOISES: Final = ('nominal', 'harsh')
-_TAUGHT_S = 600.0
+_CALIBRATING: Final = {'calibrated': True, 'uncalibrated': False}
+_CALIBRATION_S = 600.0
 _MEASURED_S = 120.0
-_FRAMES_PER_S = 25
 
 
-def study_drives(*, starts: int, robots: int, seed: int, jobs: int) -> dict[str, Any]:
-    """Return how well robots know where they are on their way to the goal.
+def noise_study(*, robots: int, seed: int, jobs: int) -> Study:
+    """Return the study of robots that drive for a minute at each scale of the noise.
 
     Args:
-        starts: Random starts beside the 22 of the paper.
-        robots: Robots that calibrate themselves for ten minutes before two are measured; each
-            drives a second time without calibration.
-        seed: Of everything random.
-        jobs: Processes.
+        robots: Number of robots, each with its own drawn errors, the same draws at every scale.
+        seed: Seed of everything random.
+        jobs: Number of processes.
     """
-    arena = Arena()
-    learner, places = np.random.SeedSequence(seed).spawn(2)
-    policy = train(arena, rng=np.random.default_rng(learner)).policy
-    drawn = random_starts(arena, starts, np.random.default_rng(places))
-    result: dict[str, Any] = {'starts': len(arena.starts) + len(drawn)}
-    for noise in _NOISES:
-        plan = EvaluationPlan(
-            arena=arena,
-            noise=noise_preset(noise),
-            policy=policy,
-            controller=ControllerConfig(),
-            starts=(*arena.starts, *drawn),
-            seed=seed,
-        )
-        paths = each(functools.partial(_drive, plan), range(len(plan.starts)), jobs=jobs)
-        result[noise] = _summary(list(paths))
-    for name, calibrate in (('calibrated', True), ('uncalibrated', False)):
-        wander = functools.partial(_wander, seed=seed, calibrate=calibrate)
-        result[name] = _errors(Frames.joined(list(each(wander, range(robots), jobs=jobs))))
-        result[name]['robots'] = robots
-    return result
-
-
-def _drive(plan: EvaluationPlan, path: int) -> Frames:
-    """Return the frames of a path; every path has a robot of its own, with its own errors."""
-    log = FrameLog()
-    drive = InProcessDrive(
-        arena=plan.arena,
-        noise=plan.noise,
-        policy=plan.policy,
-        controller=plan.controller,
-        seed=np.random.SeedSequence(plan.seed, spawn_key=(path,)),
+    return Study(
+        name='noise',
+        key=('scale', 'robot'),
+        settings={'seed': seed},
+        cases=[{'scale': name, 'robot': robot} for name in SCALES for robot in range(robots)],
+        measure=per_case(functools.partial(_drive_scaled, seed=seed), jobs=jobs),
+        analyse=_analyse_noise,
+        rows=_noise_rows,
     )
-    for frame in drive.drive_frames(plan.starts[path], path=path):
-        log.add(frame.sensors, frame.localization, frame.state)
-    return log.take()
 
 
-def _wander(number: int, *, seed: int, calibrate: bool) -> Frames:
-    """Return what a robot sees after ten minutes of wandering."""
-    robot = Wanderer((seed, number, 10), noise=noise_preset('nominal'), calibrate=calibrate)
+def _drive_scaled(case: Case, *, seed: int) -> Result:
+    noise = NoiseModel().scaled(SCALES[case['scale']])
+    robot = WaypointRobot((seed, case['robot'], 50), noise=noise)
+    return _log(robot, _SCALED_FRAMES).to_json()
+
+
+def _log(robot: WaypointRobot, frames: int) -> Frames:
     log = FrameLog()
-    for _ in range(round(_TAUGHT_S * _FRAMES_PER_S)):
-        robot.step()
-    for step in robot.run(round(_MEASURED_S * _FRAMES_PER_S)):
-        log.look(step.frame, step.output)
+    for step in robot.run(frames):
+        log.add_output(step.frame, step.output)
     return log.take()
 
 
-def _errors(frames: Frames) -> dict[str, Any]:
-    good = frames.trusted
-    leds = np.bincount(frames.leds.astype(int), minlength=4) / max(1, len(frames))
-    return {
-        'frames': len(frames),
-        'position_in': percentiles(frames.error_in[good]),
-        'heading_deg': percentiles(frames.turned_deg[good]),
-        'available': float(good.mean()),
-        'leds': leds.tolist(),
-    }
+def _grouped(results: Sequence[Result], field: str) -> dict[str, list[Frames]]:
+    """Return the frames of each result by the value of a field."""
+    groups: dict[str, list[Frames]] = {}
+    for result in results:
+        groups.setdefault(result[field], []).append(Frames.from_json(result))
+    return groups
 
 
-def _summary(paths: Sequence[Frames]) -> dict[str, Any]:
-    episodes = [episode for path in paths for episode in wrong_beliefs(path)]
-    firsts = [float(path.time_s[path.trusted.argmax()] - path.time_s[0]) for path in paths]
-    return {
-        **_errors(Frames.joined(paths)),
-        'first_pose_s': percentiles(np.array(firsts)),
-        'longest_gap_s': max(longest_gap_s(path) for path in paths),
-        'wrong_beliefs': [[one.detected_s, one.recovered_s, one.worst_in] for one in episodes],
-    }
+def _analyse_noise(results: Sequence[Result]) -> dict[str, Any]:
+    found = {}
+    for name, drives in _grouped(results, 'scale').items():
+        frames = Frames.join(drives)
+        found[name] = {
+            **error_summary(frames),
+            'scale': SCALES[name],
+            'robots': len(drives),
+            'wrong': int(frames.wrong.sum()),
+        }
+    return found
 
 
-def drive_rows(result: dict[str, Any]) -> list[BenchRow]:
-    """Return the rows of driving."""
-    nominal, harsh = result['nominal'], result['harsh']
-    starts = result['starts']
-    calibrated = 'calibrating for 10 min: position error p95'
-    rows = [
-        _row('nominal: position error p95', nominal, 'position_in', bound=1.3, starts=starts),
-        _row('nominal: heading error p95', nominal, 'heading_deg', bound=0.5, starts=starts),
-        _row(
-            calibrated,
-            result['calibrated'],
-            'position_in',
-            bound=0.8,
-            beside=result['uncalibrated'],
-        ),
-        _row('harsh: position error p95', harsh, 'position_in', starts=starts),
-        _row('harsh: heading error p95', harsh, 'heading_deg', starts=starts),
-    ]
-    for noise in _NOISES:
-        rows += _belief_rows(noise, result[noise], starts)
+def _shares(leds: Sequence[float]) -> str:
+    """Return the share of images by the number of LEDs seen."""
+    seen = ', '.join(f'{count} {100.0 * leds[count]:.1f} %' for count in (2, 1, 0))
+    return f'3 LEDs {100.0 * leds[3]:.1f} %, {seen} of images'
+
+
+def _noise_rows(result: dict[str, Any]) -> list[BenchRow]:
+    rows = []
+    for name, found in result.items():
+        position, heading = found['position_in'], found['heading_deg']
+        rows += [
+            BenchRow(
+                name=f'noise {name} ({found["scale"]:g} x nominal): position error p95',
+                unit='in',
+                ours=position['p95'],
+                n=found['frames'],
+                note=f'{found["robots"]} robots; rms {position["rms"]:.2f}, max '
+                f'{position["max"]:.2f} in; heading p95 {heading["p95"]:.2f} deg; '
+                f'{found["wrong"]} images with a wrong pose trusted',
+            ),
+            BenchRow(
+                name=f'noise {name}: trusted pose available',
+                unit='% of the time',
+                ours=100.0 * found['available'],
+                n=found['frames'],
+                note=f'including the first search; {_shares(found["leds"])}',
+            ),
+        ]
     return rows
 
 
-def _row(
-    name: str,
-    found: dict[str, Any],
-    what: str,
-    *,
-    bound: float | None = None,
-    starts: int | None = None,
-    beside: dict[str, Any] | None = None,
-) -> BenchRow:
-    errors, unit = found[what], what.rpartition('_')[2]
-    of = f'{starts} starts and robots' if starts else f'{found["robots"]} robots'
-    return BenchRow(
-        name=name,
-        unit=unit,
-        ours=errors['p95'],
-        reference=None if beside is None else beside[what]['p95'],
-        reference_name='' if beside is None else 'without calibration',
-        goal=None if bound is None else Goal(of='ours', relation='<=', bound=bound),
-        n=found['frames'],
-        note=f'{of}; rms {errors["rms"]:.2f}, median {errors["median"]:.2f}, '
-        f'max {errors["max"]:.2f} {unit}',
+@dataclass(frozen=True, kw_only=True)
+class _Drives:
+    """What the drives of a study have in common."""
+
+    policy: Policy
+    starts: Sequence[Pose2]
+    seed: int
+
+    def measure(self, case: Case) -> Result:
+        """Return the frames of a path or of a robot that drives to random waypoints."""
+        kind, number = case['kind'], case['number']
+        if kind in _NOISES:
+            return self._to_goal(kind, number).to_json()
+        robot = WaypointRobot(
+            (self.seed, number, 10), noise=noise_preset('nominal'), calibrate=_CALIBRATING[kind]
+        )
+        for _ in robot.run(round(_CALIBRATION_S * FRAMES_PER_S)):
+            pass
+        return _log(robot, round(_MEASURED_S * FRAMES_PER_S)).to_json()
+
+    def _to_goal(self, noise: str, path: int) -> Frames:
+        """Return the frames of a path, driven by a robot with its own drawn errors."""
+        log = FrameLog()
+        drive = InProcessDrive(
+            arena=Arena(),
+            noise=noise_preset(noise),
+            policy=self.policy,
+            controller=ControllerConfig(),
+            seed=np.random.SeedSequence(self.seed, spawn_key=(path,)),
+        )
+        for frame in drive.drive_frames(self.starts[path], path=path):
+            log.add(frame.sensors, frame.localization, frame.state)
+        return log.take()
+
+
+def drive_study(*, starts: int, robots: int, seed: int, jobs: int) -> Study:
+    """Return the study of localization on the way to the goal, and of self-calibration.
+
+    Args:
+        starts: Random starts in addition to the 22 of the paper, each with its own robot.
+        robots: Robots that calibrate themselves for ten minutes before two are measured; each
+            drives a second time without calibration.
+        seed: Seed of everything random.
+        jobs: Number of processes.
+    """
+    arena = Arena()
+    learner, places = np.random.SeedSequence(seed).spawn(2)
+    drives = _Drives(
+        policy=train(arena, rng=np.random.default_rng(learner)).policy,
+        starts=(*arena.starts, *random_starts(arena, starts, np.random.default_rng(places))),
+        seed=seed,
+    )
+    counts = {**dict.fromkeys(_NOISES, len(drives.starts)), **dict.fromkeys(_CALIBRATING, robots)}
+    return Study(
+        name='drives',
+        key=('kind', 'number'),
+        settings={'seed': seed},
+        cases=[{'kind': k, 'number': n} for k, count in counts.items() for n in range(count)],
+        measure=per_case(drives.measure, jobs=jobs),
+        analyse=_analyse_drives,
+        rows=_drive_rows,
     )
 
 
-def _belief_rows(noise: str, found: dict[str, Any], starts: int) -> list[BenchRow]:
-    episodes = found['wrong_beliefs']
-    longest = max((one[1] for one in episodes), default=0.0)
-    detected = max((one[0] for one in episodes), default=0.0)
-    worst = max((one[2] for one in episodes), default=0.0)
-    three, two, one, none = (100.0 * found['leds'][count] for count in (3, 2, 1, 0))
-    first = found['first_pose_s']
+def _analyse_drives(results: Sequence[Result]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for kind, drives in _grouped(results, 'kind').items():
+        found[kind] = {**error_summary(Frames.join(drives)), 'drives': len(drives)}
+        if kind in _NOISES:
+            episodes = [one for drive in drives for one in overconfident_episodes(drive)]
+            firsts = [float(one.time_s[one.trusted.argmax()] - one.time_s[0]) for one in drives]
+            found[kind] |= {
+                'first_pose_s': percentiles(np.array(firsts)),
+                'longest_gap_s': max(map(longest_gap_s, drives)),
+                'episodes': episodes,
+            }
+    return found
+
+
+def _drive_rows(found: dict[str, Any]) -> list[BenchRow]:
+    rows = []
+    for kind, what, bound in (
+        ('nominal', 'position', 1.3),
+        ('nominal', 'heading', 0.5),
+        ('calibrated', 'position', 0.8),
+        ('harsh', 'position', None),
+        ('harsh', 'heading', None),
+    ):
+        if kind in found:
+            rows.append(_error_row(kind, what, bound, found))
+    for noise in _NOISES:
+        if noise in found:
+            rows += _trust_rows(noise, found[noise])
+    return rows
+
+
+def _error_row(kind: str, what: str, bound: float | None, found: dict[str, Any]) -> BenchRow:
+    unit = {'position': 'in', 'heading': 'deg'}[what]
+    field = f'{what}_{unit}'
+    errors, drives = found[kind][field], found[kind]['drives']
+    calibrated = kind == 'calibrated'
+    name = 'calibrating for 10 min' if calibrated else kind
+    reference = found.get('uncalibrated') if calibrated else None
+    return BenchRow(
+        name=f'{name}: {what} error p95',
+        unit=unit,
+        ours=errors['p95'],
+        reference=None if reference is None else reference[field]['p95'],
+        reference_name='' if reference is None else 'without calibration',
+        goal=None if bound is None else Goal(of='ours', relation='<=', bound=bound),
+        n=found[kind]['frames'],
+        note=f'{drives} {"robots" if calibrated else "starts and robots"}; '
+        f'rms {errors["rms"]:.2f}, median {errors["median"]:.2f}, max {errors["max"]:.2f} {unit}',
+    )
+
+
+def _trust_rows(noise: str, found: dict[str, Any]) -> list[BenchRow]:
+    episodes, first = found['episodes'], found['first_pose_s']
+    detected_s = max((one.detected_s for one in episodes), default=0.0)
+    worst_in = max((one.worst_in for one in episodes), default=0.0)
+    goal = Goal(of='ours', relation='<=', bound=2.0)
     return [
         BenchRow(
-            name=f'{noise}: from a wrong pose believed to a right one, longest',
+            name=f'{noise}: longest time from a wrong pose trusted to a right one',
             unit='s',
-            ours=longest,
-            goal=Goal(of='ours', relation='<=', bound=2.0),
-            n=starts,
-            note=f'{len(episodes)} times wrong; detected after {detected:.2f} s at most; '
-            f'worst error meanwhile {worst:.1f} in',
+            ours=max((one.recovered_s for one in episodes), default=0.0),
+            goal=goal,
+            n=found['drives'],
+            note=f'{len(episodes)} times wrong; detected after {detected_s:.2f} s at most; '
+            f'largest error in it {worst_in:.1f} in',
         ),
         BenchRow(
-            name=f'{noise}: longest time without a good pose once there was one',
+            name=f'{noise}: longest time without a trusted pose after the first one',
             unit='s',
             ours=found['longest_gap_s'],
-            goal=Goal(of='ours', relation='<=', bound=2.0),
-            n=starts,
+            goal=goal,
+            n=found['drives'],
         ),
         BenchRow(
-            name=f'{noise}: a good pose is there',
+            name=f'{noise}: trusted pose available',
             unit='% of the time',
             ours=100.0 * found['available'],
             n=found['frames'],
             note=f'first pose after {first["median"]:.2f} s (median), {first["max"]:.2f} s at '
-            f'most; 3 LEDs {three:.1f} %, 2 {two:.1f} %, 1 {one:.1f} %, 0 {none:.1f} % of images',
+            f'most; {_shares(found["leds"])}',
         ),
     ]

@@ -1,8 +1,9 @@
-"""The pictures of docs/LOCALIZATION.md."""
+"""The figures of docs/LOCALIZATION.md."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -66,9 +67,9 @@ def _axes(title: str, x: str, y: str) -> tuple[Figure, Axes]:
 
 def _noise(found: Mapping[str, Any]) -> Figure:
     figure, axes = _axes(
-        'Errors while wandering', 'all errors of sensors and set-up, times nominal', 'position, in'
+        'Errors while driving', 'scale of all errors, times nominal', 'position, in'
     )
-    scales = list(found['scales'].values())
+    scales = list(found.values())
     x = [one['scale'] for one in scales]
     right = axes.twinx()
     right.set_ylabel('heading, deg')
@@ -101,12 +102,12 @@ def _consistency(found: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _kidnap(found: Mapping[str, Any]) -> Figure:
-    times = np.array([one['found_s'] for one in found['kidnaps']]).clip(0.0, _BINS_S[-1])
+def _kidnap(found: Sequence[Mapping[str, float]]) -> Figure:
+    times = np.array([one['found_s'] for one in found]).clip(0.0, _BINS_S[-1])
     figure, axes = _axes(
         f'{len(times)} kidnappings',
-        f'time until a right pose is believed, s (last bar: {_BINS_S[-1]:.0f} s and more)',
-        'how often',
+        f'time to relocalize, s (last bar: {_BINS_S[-1]:.0f} s and more)',
+        'kidnappings',
     )
     axes.hist(times, bins=_BINS_S, color=BLUE)
     axes.set_yscale('log')
@@ -114,7 +115,7 @@ def _kidnap(found: Mapping[str, Any]) -> Figure:
 
 
 def _long(found: Mapping[str, Any]) -> Figure:
-    figure, axes = _axes('Driving on and on', 'time, h', 'position error, in')
+    figure, axes = _axes('A day of driving', 'time, h', 'position error, in')
     for name, key, color, width in (
         ('odometry alone', 'odometry_in', GREY, 0.5),
         ('with images: rms of a minute', 'vision_rms_in', BLUE, 0.7),
@@ -129,7 +130,7 @@ def _hours(values: list[float]) -> FloatArray:
     return np.arange(1, len(values) + 1) / 60.0
 
 
-FIGURES: Final[dict[str, tuple[str, Callable[[Mapping[str, Any]], Figure]]]] = {
+FIGURES: Final[dict[str, tuple[str, Callable[[Any], Figure]]]] = {
     'localization_bound': ('bound', _bound),
     'localization_error': ('bound', _error),
     'localization_noise': ('noise', _noise),
@@ -137,15 +138,15 @@ FIGURES: Final[dict[str, tuple[str, Callable[[Mapping[str, Any]], Figure]]]] = {
     'localization_kidnap': ('kidnap', _kidnap),
     'localization_day': ('long', _long),
 }
-"""By name: the part that is drawn, and how."""
+"""Part and function of each figure, by the figure's name."""
 
 
-def draw(results: Mapping[str, Mapping[str, Any]], folder: Path) -> list[Path]:
-    """Draw what there are results for, as SVG and PNG.
+def draw(found: Mapping[str, Any], folder: Path) -> list[Path]:
+    """Draw the figures of the parts that were measured, as SVG and PNG.
 
     Args:
-        results: By part.
-        folder: Where the files go; made if it is not there.
+        found: Findings by part.
+        folder: Where the files go; created if missing.
 
     Returns:
         The files.
@@ -155,6 +156,21 @@ def draw(results: Mapping[str, Mapping[str, Any]], folder: Path) -> list[Path]:
     """
     files: list[Path] = []
     for name, (part, figure) in FIGURES.items():
-        if part in results:
-            files += write_figure(figure(results[part]), folder, name)
+        if part in found:
+            files += write_figure(figure(found[part]), folder, name)
     return files
+
+
+def links(document: Path, folder: Path | None) -> dict[str, str]:
+    """Return the Markdown links to the figures of each part, by `PART_figures`.
+
+    Args:
+        document: The document that holds the links.
+        folder: Folder of the figures; without one, the links are empty.
+    """
+    by_part: dict[str, list[str]] = {part: [] for part, _ in FIGURES.values()}
+    for name, (part, _) in FIGURES.items():
+        if folder is not None:
+            place = os.path.relpath(folder, document.parent)
+            by_part[part].append(f'![{name.replace("_", " ")}]({place}/{name}.png)')
+    return {f'{part}_figures': '\n\n'.join(lines) for part, lines in by_part.items()}

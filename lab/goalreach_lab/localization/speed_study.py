@@ -1,20 +1,25 @@
-"""What an image costs, and how well it is solved, beside other ways on the same images."""
+"""Processor time and accuracy of the localizer against other methods on the same images."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+import functools
+import math
+import time
+from typing import Any, Final, TypeVar
 
 import cv2
 import numpy as np
 
 from goalreach_lab.localization.frame_log import percentiles
-from goalreach_lab.localization.turn_about import TurnAbout, away_m
-from goalreach_lab.localization.wanderer import Step, Wanderer
+from goalreach_lab.localization.waypoint_robot import Step, WaypointRobot
 from goalreach_lab.rigs.localization_peers import BlobsAndP3P, FilterpyEkf, SpotsAndLeastSquares
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study import Case, Result, Study, per_case
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -23,75 +28,117 @@ from goalreach_sim.simulator_config import SimulatorConfig
 
 _LONGEST, _SEARCH = 20, 500
 _ROBOTS = 20
-_TRACKING_MS, _ACQUISITION_MS = 0.25, 1.2
 OURS: Final = 'ours, tracking'
 P3P: Final = 'SimpleBlobDetector + solveP3P'
 LEAST_SQUARES: Final = 'scipy least_squares on our spots'
-_ACQUIRED: Final = 'ours, one image'
 EKF: Final = 'filterpy EKF on our windows'
+_ACQUISITION: Final = 'ours, one image'
+_PEERS: Final = (P3P, LEAST_SQUARES, EKF)
+_Value = TypeVar('_Value')
 
 
-class _TimedWanderer(Wanderer):
-    """A robot whose localizer's time is taken."""
+class InterleavedTimings:
+    """Processor times (ms) and position errors (in) by method, one of each for every image kept.
 
-    bench: TurnAbout
+    The methods take turns on each image, so that a change of the machine's load meets all alike.
+    """
 
-    def see(self, frame: SensorFrame) -> LocalizerOutput:
-        """Return what the localizer makes of a frame."""
-        self.bench.begin(OURS)
-        return self.bench.timed(OURS, lambda: super(_TimedWanderer, self).see(frame))
+    def __init__(self) -> None:
+        self.ms: dict[str, list[float]] = {}
+        self.errors_in: dict[str, list[float]] = {}
+        self.discard()
+
+    def time(self, method: str, function: Callable[[], _Value]) -> _Value:
+        """Call a function and add its processor time to the method's for the current image."""
+        began_s = time.process_time()
+        value = function()
+        elapsed_ms = 1e3 * (time.process_time() - began_s)
+        self._image_ms[method] = self._image_ms.get(method, 0.0) + elapsed_ms
+        return value
+
+    def solve(self, method: str, pose: Pose2) -> None:
+        """Set the pose that a method found in the current image."""
+        self._poses[method] = pose
+
+    def keep(self, truth: Pose2) -> None:
+        """Keep the current image's times, and the errors of its poses."""
+        for method, elapsed_ms in self._image_ms.items():
+            self.ms.setdefault(method, []).append(elapsed_ms)
+        for method, pose in self._poses.items():
+            self.errors_in.setdefault(method, []).append(_distance_m(pose, truth) / INCH_M)
+        self.discard()
+
+    def discard(self) -> None:
+        """Forget the current image."""
+        self._image_ms: dict[str, float] = {}
+        self._poses: dict[str, Pose2] = {}
 
 
-def study_speed(*, frames: int, seed: int) -> dict[str, Any]:
-    """Return processor times and errors of all ways, turn about on the same images.
+def _distance_m(pose: Pose2, truth: Pose2) -> float:
+    return math.hypot(pose.x_m - truth.x_m, pose.y_m - truth.y_m)
 
-    Only images that hold all three LEDs count: the others can make nothing of two.
+
+class _TimedRobot(WaypointRobot):
+    """A robot whose localizer is timed."""
+
+    def __init__(self, seed: Sequence[int], timings: InterleavedTimings) -> None:
+        super().__init__(seed, noise=NoiseModel())
+        self._timings = timings
+
+    def localize(self, frame: SensorFrame) -> LocalizerOutput:
+        """Return the localizer's output for a frame."""
+        return self._timings.time(OURS, lambda: super(_TimedRobot, self).localize(frame))
+
+
+def speed_study(*, frames: int, seed: int) -> Study:
+    """Return the study of processor times and errors of all methods on the same images.
+
+    Only images that hold all three LEDs count, because the other methods need three.
 
     Args:
-        frames: Images.
-        seed: Of everything random.
+        frames: Number of images, divided among up to twenty robots.
+        seed: Seed of everything random.
     """
-    cv2.setNumThreads(1)
-    for name, peer in (('scipy', SpotsAndLeastSquares), ('filterpy', FilterpyEkf)):
-        if not peer.is_installed():
-            print(f'{name} is not installed: left out (pip install goalreach[bench])')
-    bench = TurnAbout()
     each = -(-frames // _ROBOTS)
-    taken = sum(_drive(number, each, bench, seed) for number in range(-(-frames // each)))
-    return {
-        'frames': taken,
-        'ms': {name: percentiles(np.array(values)) for name, values in bench.ms.items()},
-        'in': {name: percentiles(np.array(values)) for name, values in bench.errors_in.items()},
-    }
+    return Study(
+        name='speed',
+        key=('robot', 'frames'),
+        settings={'seed': seed},
+        cases=[{'robot': robot, 'frames': each} for robot in range(-(-frames // each))],
+        measure=per_case(functools.partial(_measure, seed=seed)),
+        analyse=_analyse,
+        rows=_rows,
+    )
 
 
-def _drive(number: int, frames: int, bench: TurnAbout, seed: int) -> int:
-    """Let one robot, with its own drawn errors, take images; return how many."""
+def _measure(case: Case, *, seed: int) -> Result:
+    """Return times and errors on the images of one robot with its own drawn errors."""
+    cv2.setNumThreads(1)
+    timings = InterleavedTimings()
+    robot = _TimedRobot((seed, case['robot'], 70), timings)
     noise = NoiseModel()
-    robot = _TimedWanderer((seed, number, 70), noise=noise)
-    robot.bench = bench
     config = LocalizerConfig.for_arena(Arena(), noise)
-    peers = _Peers(config, noise)
+    peers = _Peers(config, noise, timings)
     taken = 0
-    for step in robot.run(_SEARCH + _LONGEST * frames):
+    for step in robot.run(_SEARCH + _LONGEST * case['frames']):
         seen = all(landmark is not None for landmark in step.output.landmarks)
-        if step.output.mode != 'tracking' or not seen or not peers.take(step, bench):
-            bench.drop(OURS)
+        if step.output.mode != 'tracking' or not seen or not peers.solve(step):
+            timings.discard()
             continue
-        bench.judge(OURS, step.output.estimate.pose, step)
-        _acquire(step, config, bench)
+        timings.solve(OURS, step.output.estimate.pose)
+        _acquire(step, config, timings)
+        timings.keep(step.frame.truth.pose)
         taken += 1
-        if taken == frames:
+        if taken == case['frames']:
             break
-    return taken
+    return {'taken': taken, 'ms': timings.ms, 'in': timings.errors_in}
 
 
-def _acquire(step: Step, config: LocalizerConfig, bench: TurnAbout) -> None:
-    """Let a localizer that knows nothing of the past find the pose."""
+def _acquire(step: Step, config: LocalizerConfig, timings: InterleavedTimings) -> None:
+    """Let a new localizer find the pose in one image."""
     localizer, frame = LandmarkLocalizer(config), step.frame
-    bench.begin(_ACQUIRED)
-    output = bench.timed(
-        _ACQUIRED,
+    output = timings.time(
+        _ACQUISITION,
         lambda: localizer.process(
             time_ns=frame.time_ns,
             image=frame.image,
@@ -101,125 +148,123 @@ def _acquire(step: Step, config: LocalizerConfig, bench: TurnAbout) -> None:
         ),
     )
     if output.counters.acquired:
-        bench.judge(_ACQUIRED, localizer.filter.pose, step)
+        timings.solve(_ACQUISITION, localizer.filter.pose)
 
 
 class _Peers:
-    """All other ways, where they are installed.
+    """The other methods, as far as they are installed.
 
     Args:
-        config: What the localizer knows beforehand.
+        config: Configuration of the localizer.
         noise: The errors to expect.
+        timings: Where times and poses go.
     """
 
-    def __init__(self, config: LocalizerConfig, noise: NoiseModel) -> None:
-        self._config, self._noise = config, noise
-        camera = SimulatorConfig().calibrated_camera
-        self._camera = camera
-        self._blobs = BlobsAndP3P(config, camera)
+    def __init__(
+        self, config: LocalizerConfig, noise: NoiseModel, timings: InterleavedTimings
+    ) -> None:
+        self._config, self._noise, self._timings = config, noise, timings
+        self._camera = SimulatorConfig().calibrated_camera
+        self._blobs = BlobsAndP3P(config, self._camera)
         self._squares: SpotsAndLeastSquares | None = None
         if SpotsAndLeastSquares.is_installed():
-            self._squares = SpotsAndLeastSquares(config, camera, noise)
+            self._squares = SpotsAndLeastSquares(config, self._camera, noise)
         self._ekf: FilterpyEkf | None = None
 
-    def take(self, step: Step, bench: TurnAbout) -> bool:
-        """Solve an image in all ways; return whether each had what it needs."""
-        frame = step.frame
+    def solve(self, step: Step) -> bool:
+        """Solve an image by every method; return whether each found the LEDs it needs."""
+        frame, timings = step.frame, self._timings
         leds_px = np.array([[led.u_px, led.v_px] for led in step.output.landmarks if led])
-        names = [P3P, *([LEAST_SQUARES] if self._squares else [])]
-        bench.begin(*names)
-        blobs = bench.timed(P3P, lambda: self._blobs.detect(frame.image))
-        named = self._blobs.named(blobs, leds_px)
-        found = None
-        if self._squares is not None:
-            detector = self._squares.detector
-            spots = bench.timed(LEAST_SQUARES, lambda: detector.in_frame(frame.image))
-            found = self._blobs.named(spots.pixels_px, leds_px)
-        if named is None or (self._squares is not None and found is None):
-            bench.drop(*names)
+        blobs = timings.time(P3P, lambda: self._blobs.detect(frame.image))
+        labelled = self._blobs.named(blobs, leds_px)
+        if labelled is None or not self._solve_squares(step, leds_px):
             return False
-        self._solve_p3p(named, step, bench)
-        if self._squares is not None and found is not None:
-            self._solve_squares(self._squares, found, step, bench)
+        self._solve_p3p(labelled, step)
         if FilterpyEkf.is_installed():
-            self._filter(step, bench)
+            self._filter(step)
         return True
 
-    def _solve_p3p(self, pixels_px: FloatArray, step: Step, bench: TurnAbout) -> None:
-        solutions = bench.timed(P3P, lambda: self._blobs.solve(pixels_px))
+    def _solve_p3p(self, pixels_px: FloatArray, step: Step) -> None:
+        solutions = self._timings.time(P3P, lambda: self._blobs.solve(pixels_px))
         poses = [self._blobs.pose(*one, step.frame.joints) for one in solutions]
         if poses:
-            bench.judge(P3P, min(poses, key=lambda pose: away_m(pose, step)), step)
+            truth = step.frame.truth.pose
+            self._timings.solve(P3P, min(poses, key=lambda pose: _distance_m(pose, truth)))
 
-    def _solve_squares(
-        self, squares: SpotsAndLeastSquares, pixels_px: FloatArray, step: Step, bench: TurnAbout
-    ) -> None:
+    def _solve_squares(self, step: Step, leds_px: FloatArray) -> bool:
+        squares, timings, frame = self._squares, self._timings, step.frame
+        if squares is None:
+            return True
+        spots = timings.time(LEAST_SQUARES, lambda: squares.detector.in_frame(frame.image))
+        pixels_px = self._blobs.named(spots.pixels_px, leds_px)
+        if pixels_px is None:
+            return False
         near = step.output.estimate.pose
-        pose = bench.timed(
-            LEAST_SQUARES, lambda: squares.solve(pixels_px, step.frame.joints, near)
-        )
-        bench.judge(LEAST_SQUARES, pose, step)
+        pose = timings.time(LEAST_SQUARES, lambda: squares.solve(pixels_px, frame.joints, near))
+        timings.solve(LEAST_SQUARES, pose)
+        return True
 
-    def _filter(self, step: Step, bench: TurnAbout) -> None:
-        frame = step.frame
+    def _filter(self, step: Step) -> None:
+        frame, timings = step.frame, self._timings
         if self._ekf is None:
             self._ekf = FilterpyEkf(
                 self._config, self._camera, self._noise, step.output.estimate.pose
             )
         ekf = self._ekf
-        bench.begin(EKF)
-        pose = bench.timed(EKF, lambda: ekf.see(frame.image, frame.joints, frame.odometry.pose))
-        bench.judge(EKF, pose, step)
+        odometry = frame.odometry.pose
+        pose = timings.time(EKF, lambda: ekf.see(frame.image, frame.joints, odometry))
+        timings.solve(EKF, pose)
 
 
-def speed_rows(result: dict[str, Any]) -> list[BenchRow]:
-    """Return the rows of speed and of the errors beside."""
-    times, errors, n = result['ms'], result['in'], result['frames']
+def _analyse(results: Sequence[Result]) -> dict[str, Any]:
+    found: dict[str, Any] = {'frames': sum(result['taken'] for result in results)}
+    for what in ('ms', 'in'):
+        methods = dict.fromkeys(name for result in results for name in result[what])
+        found[what] = {
+            name: percentiles(np.concatenate([result[what].get(name, []) for result in results]))
+            for name in methods
+        }
+    return found
+
+
+def _rows(found: dict[str, Any]) -> list[BenchRow]:
+    ms = found['ms']
     rows = [
         BenchRow(
-            name=f'{name}, all of it, median',
+            name=f'{name}, processor time, median',
             unit='ms',
-            ours=times[key]['median'],
-            goal=Goal(of='ours', relation='<=', bound=bound),
-            n=n,
-            note=f'p95 {times[key]["p95"]:.2f} ms of processor time',
+            ours=ms[method]['median'],
+            n=found['frames'],
+            note=f'p95 {ms[method]["p95"]:.2f} ms',
         )
-        for name, key, bound in (
-            ('tracking frame', OURS, _TRACKING_MS),
-            ('acquisition', _ACQUIRED, _ACQUISITION_MS),
-        )
+        for name, method in (('tracking frame', OURS), ('acquisition', _ACQUISITION))
     ]
-    least = Goal(of='ratio', relation='<=', bound=1.0)
-    for what, unit, found, figure in (
-        ('tracking frame, median', 'ms', times, 'median'),
-        ('position error, rms', 'in', errors, 'rms'),
+    for what, unit, figure in (
+        ('tracking frame, median', 'ms', 'median'),
+        ('position error, rms', 'in', 'rms'),
     ):
         rows += [
-            BenchRow(
-                name=f'{what}, beside {peer}',
-                unit=unit,
-                ours=found[OURS][figure],
-                reference=found[peer][figure],
-                reference_name=peer,
-                goal=least,
-                n=n,
-                note=f'p95 {found[OURS]["p95"]:.2f} beside {found[peer]["p95"]:.2f} {unit}',
-            )
-            for peer in (P3P, LEAST_SQUARES, EKF)
-            if peer in found
+            _peer_row(f'{what}, against {peer}', unit, figure, (OURS, peer), found)
+            for peer in _PEERS
+            if peer in found[unit]
         ]
-    one, peer = errors.get(_ACQUIRED), errors[P3P]
-    if one is not None:
-        rows.append(
-            BenchRow(
-                name='position error of a single image, rms',
-                unit='in',
-                ours=one['rms'],
-                reference=peer['rms'],
-                reference_name=P3P,
-                goal=least,
-                n=n,
-                note='no memory, LEDs named by ourselves; P3P is told the names',
-            )
-        )
+    if _ACQUISITION in found['in']:
+        name = 'position error of a single image, rms'
+        rows.append(_peer_row(name, 'in', 'rms', (_ACQUISITION, P3P), found))
     return rows
+
+
+def _peer_row(
+    name: str, unit: str, figure: str, methods: tuple[str, str], found: dict[str, Any]
+) -> BenchRow:
+    ours, peer = (found[unit][method] for method in methods)
+    return BenchRow(
+        name=name,
+        unit=unit,
+        ours=ours[figure],
+        reference=peer[figure],
+        reference_name=methods[1],
+        goal=Goal(of='ratio', relation='<=', bound=1.0),
+        n=found['frames'],
+        note=f'p95 {ours["p95"]:.2f} against {peer["p95"]:.2f} {unit}',
+    )

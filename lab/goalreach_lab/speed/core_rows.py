@@ -17,10 +17,11 @@ import numpy as np
 
 from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
-from goalreach_lab.localization.speed_study import speed_rows, study_speed
+from goalreach_lab.localization.speed_study import speed_study
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.speed import learning_peers, recording
 from goalreach_lab.speed.measurement import Budget, spread
+from goalreach_lab.study import find
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
@@ -35,9 +36,11 @@ def learning_rows(budget: Budget) -> list[BenchRow]:
 
 
 def localization_rows(budget: Budget) -> list[BenchRow]:
-    """Return the rows of the localization time of an image beside peers."""
-    found = study_speed(frames=budget.count(1000, 20), seed=budget.seed)
-    return [row for row in speed_rows(found) if row.unit == 'ms' and row.reference is not None]
+    """Return the rows of the localization time of an image against peers."""
+    study = speed_study(frames=budget.count(1000, 20), seed=budget.seed)
+    return [
+        row for row in study.rows(find(study)) if row.unit == 'ms' and row.reference is not None
+    ]
 
 
 def recording_rows(budget: Budget) -> list[BenchRow]:

@@ -1,10 +1,11 @@
-"""A robot that wanders through the arena by what it sees, without ROS and without a task."""
+"""A simulated robot that drives to random waypoints by its estimated pose, in one process."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
+from typing import Final
 
 import numpy as np
 
@@ -19,15 +20,17 @@ from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
 
+FRAMES_PER_S: Final = 25
+"""Images per second of the default camera."""
 _X_RANGE_M = (0.3, 3.25)
 _Y_RANGE_M = (0.35, 4.75)
-_NEAR_M = 0.1
+_ARRIVED_M = 0.1
 _SPEED_M_PER_S = 0.5
 _STOP = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
 def random_pose(rng: np.random.Generator) -> Pose2:
-    """Return a pose anywhere on the free floor of the paper's arena, a hand from its walls."""
+    """Return a pose on the free floor of the paper's arena, clear of its walls."""
     return Pose2(
         x_m=float(rng.uniform(*_X_RANGE_M)),
         y_m=float(rng.uniform(*_Y_RANGE_M)),
@@ -35,25 +38,27 @@ def random_pose(rng: np.random.Generator) -> Pose2:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Step:
-    """One image of a drive: what was sensed, what came out."""
+    """One camera frame of a drive and the localizer's output for it."""
 
     frame: SensorFrame
     output: LocalizerOutput
 
 
-class Wanderer:
-    """A simulated robot that drives between random places by its own estimate of its pose.
+class WaypointRobot:
+    """A simulated robot that drives to one random waypoint after the other.
+
+    It steers by the localizer's pose and stands still while that is unknown.
 
     Args:
-        seed: Of everything random: one or more whole numbers.
+        seed: One or more whole numbers that determine everything random.
         noise: The errors, drawn by the simulator and expected by the localizer.
         calibrate: Whether the localizer calibrates itself.
 
     Attributes:
-        simulator: The robot.
-        localizer: Its eyes.
+        simulator: The simulated robot.
+        localizer: Its localizer.
     """
 
     def __init__(self, seed: Sequence[int], *, noise: NoiseModel, calibrate: bool = True) -> None:
@@ -68,15 +73,10 @@ class Wanderer:
         self.localizer = LandmarkLocalizer(
             replace(LocalizerConfig.for_arena(arena, noise), calibrate=calibrate)
         )
-        self._way: Pose2 | None = None
+        self._waypoint: Pose2 | None = None
 
     def kidnap(self) -> None:
-        """Put the robot somewhere else, as a reset does: its odometry starts there."""
-        self.simulator.reset(random_pose(self._rng))
-        self._way = None
-
-    def carry_off(self) -> None:
-        """Put the robot somewhere else without its noticing: no encoder counts, no axis moves."""
+        """Move the robot to a random pose without any encoder counting it."""
         robot = self.simulator.robot
         odometry = robot.odometry.pose
         robot.place(
@@ -85,20 +85,20 @@ class Wanderer:
             turret_rad=robot.turret.position,
         )
         robot.define_odometry(odometry)
-        self._way = None
+        self._waypoint = None
 
     def step(self) -> Step:
-        """Let one camera period pass; the robot stands while its pose is not known."""
+        """Advance by one camera period."""
         self.simulator.advance()
         frame = self.simulator.sense()
-        output = self.see(frame)
+        output = self.localize(frame)
         self.simulator.command_head(output.head_command)
         tracking = output.mode == 'tracking'
         self.simulator.command_drive(self._steer(output.estimate.pose) if tracking else _STOP)
-        return Step(frame, output)
+        return Step(frame=frame, output=output)
 
-    def see(self, frame: SensorFrame) -> LocalizerOutput:
-        """Return what the localizer makes of a frame."""
+    def localize(self, frame: SensorFrame) -> LocalizerOutput:
+        """Return the localizer's output for a frame."""
         return self.localizer.process(
             time_ns=frame.time_ns,
             image=frame.image,
@@ -108,15 +108,15 @@ class Wanderer:
         )
 
     def run(self, steps: int) -> Iterator[Step]:
-        """Yield the images of a drive."""
+        """Yield the steps of a drive."""
         for _ in range(steps):
             yield self.step()
 
     def _steer(self, pose: Pose2) -> Twist2:
-        way = self._way
-        if way is None or math.hypot(way.x_m - pose.x_m, way.y_m - pose.y_m) < _NEAR_M:
-            way = self._way = random_pose(self._rng)
-        wanted = math.atan2(way.y_m - pose.y_m, way.x_m - pose.x_m)
+        point = self._waypoint
+        if point is None or math.hypot(point.x_m - pose.x_m, point.y_m - pose.y_m) < _ARRIVED_M:
+            point = self._waypoint = random_pose(self._rng)
+        wanted = math.atan2(point.y_m - pose.y_m, point.x_m - pose.x_m)
         turn = angle_difference(wanted, pose.heading_rad)
         return Twist2(
             linear_m_per_s=_SPEED_M_PER_S * max(0.0, math.cos(turn)) ** 3,
