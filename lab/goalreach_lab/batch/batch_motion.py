@@ -1,6 +1,6 @@
-"""The motion of many robots at once: `path_integral` on arrays, number for number.
+"""Motion and wall contact of many robots: `path_integral` and `contact` on arrays.
 
-Every array has one element per robot.
+The same results, number for number. Every array has one element per robot.
 """
 
 from __future__ import annotations
@@ -13,9 +13,16 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.axis import DONE_S
+from goalreach_sim.contact import BISECTIONS, GRAZE, TOUCH_M, Walls
 from goalreach_sim.path_integral import GAUSS_NODES, PANEL_RAD, SOON_S
 
 _QUARTER_RAD = math.pi / 2.0
+_CLOSE_M = 1e-15
+"""A gap of this size is rounding of a coordinate; chosen."""
+_SAME_S = 1e-15
+"""Times nearer than this are the same: within it no robot gets far; chosen."""
+
+BoolArray = NDArray[np.bool_]
 
 
 class BatchMotion(NamedTuple):
@@ -33,13 +40,13 @@ class BatchMotion(NamedTuple):
 
 
 def displacements(motion: BatchMotion, dt_s: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how far the robots get along x and y, each in its own time, metres.
+    """Return the displacements of the robots along x and y, each in its own time, metres.
 
-    All take as many panels as the one that turns furthest needs.
+    All take as many panels as the robot with the largest turn needs.
 
     Args:
-        motion: How they move.
-        dt_s: For how long.
+        motion: Their motions.
+        dt_s: Duration of each.
     """
     heading_rad, turn, turn_change, speed, acceleration = motion
     turns_rad = (np.abs(turn) + np.abs(turn_change) * dt_s) * dt_s
@@ -61,8 +68,8 @@ def quarter_turn_times(motion: BatchMotion, limit_s: FloatArray) -> FloatArray:
     """Return when each heading next passes a multiple of a quarter turn, at most `limit_s`.
 
     Args:
-        motion: How they move.
-        limit_s: The longest time of each.
+        motion: Their motions.
+        limit_s: Largest time of each.
     """
     heading_rad, turn, turn_change, _, _ = motion
     a, b = 0.5 * turn_change, turn
@@ -82,7 +89,7 @@ def quarter_turn_times(motion: BatchMotion, limit_s: FloatArray) -> FloatArray:
 def ramp_piece(
     velocity: FloatArray, target: FloatArray, acceleration: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return end velocity, duration and acceleration of the present piece of a ramp."""
+    """Return end velocity, duration and acceleration of the current piece of a ramp."""
     end = np.where(velocity * target < 0.0, 0.0, target)
     change = end - velocity
     steady = change == 0.0
@@ -97,6 +104,94 @@ def follow_ramp(
     end: FloatArray,
     piece_s: FloatArray,
 ) -> None:
-    """Change velocities in place; at the end of a piece they are exactly what they should be."""
+    """Update velocities in place; at the end of a piece they equal the end velocity exactly."""
     done = piece_s - step_s <= DONE_S
     velocity[...] = np.where(done, end, velocity + acceleration * step_s)
+
+
+class BatchWalls:
+    """`Walls` for arrays of places, one element per robot.
+
+    Args:
+        walls: The walls.
+    """
+
+    def __init__(self, walls: Walls) -> None:
+        self.walls = walls
+
+    def clearances_m(self, x_m: FloatArray, y_m: FloatArray) -> FloatArray:
+        """Return the gap between each body and its nearest wall, negative where they overlap."""
+        walls = self.walls
+        across = np.minimum(x_m - walls.low_x_m, walls.high_x_m - x_m)
+        along = np.minimum(y_m - walls.low_y_m, walls.high_y_m - y_m)
+        nearest_m: FloatArray = np.minimum(across, along)
+        return nearest_m
+
+    def clamp(self, x_m: FloatArray, y_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the point of the free floor that is nearest to each place."""
+        walls = self.walls
+        return (
+            np.minimum(np.maximum(x_m, walls.low_x_m), walls.high_x_m),
+            np.minimum(np.maximum(y_m, walls.low_y_m), walls.high_y_m),
+        )
+
+    def block(
+        self, x_m: FloatArray, y_m: FloatArray, direction_x: FloatArray, direction_y: FloatArray
+    ) -> BoolArray:
+        """Return whom a touched wall stops from moving in a direction (a unit vector)."""
+        walls = self.walls
+        blocked: BoolArray = (
+            ((direction_x < -GRAZE) & (x_m - walls.low_x_m <= TOUCH_M))
+            | ((direction_x > GRAZE) & (walls.high_x_m - x_m <= TOUCH_M))
+            | ((direction_y < -GRAZE) & (y_m - walls.low_y_m <= TOUCH_M))
+            | ((direction_y > GRAZE) & (walls.high_y_m - y_m <= TOUCH_M))
+        )
+        return blocked
+
+    def gaps_m(
+        self, x_m: FloatArray, y_m: FloatArray, motion: BatchMotion, dt_s: FloatArray
+    ) -> FloatArray:
+        """Return the gap of each body to each wall after it moved for a time, (4, n)."""
+        dx_m, dy_m = displacements(motion, dt_s)
+        x_m, y_m, walls = x_m + dx_m, y_m + dy_m, self.walls
+        return np.stack(
+            [x_m - walls.low_x_m, walls.high_x_m - x_m, y_m - walls.low_y_m, walls.high_y_m - y_m]
+        )
+
+    def crossing_times(
+        self, x_m: FloatArray, y_m: FloatArray, motion: BatchMotion, end_s: FloatArray
+    ) -> FloatArray:
+        """Return when each body first touches one of the walls that it would be beyond at the end.
+
+        The gap to those walls shrinks all the time. Ridders' method keeps the crossing between
+        its two ends ("A new algorithm for computing a single root of a real continuous
+        function", 1979).
+
+        Returns:
+            Times at which the gaps are not negative, within rounding of the crossing.
+        """
+        ends_m = self.gaps_m(x_m, y_m, motion, end_s)
+        struck = ends_m < -TOUCH_M
+
+        def gap_m(dt_s: FloatArray) -> FloatArray:
+            gaps_m = self.gaps_m(x_m, y_m, motion, dt_s)
+            smallest_m: FloatArray = np.where(struck, gaps_m, np.inf).min(axis=0)
+            return smallest_m
+
+        low_s, high_s = np.zeros_like(end_s), end_s
+        low_m, high_m = gap_m(low_s), gap_m(high_s)
+        for _ in range(BISECTIONS):
+            if ((low_m <= _CLOSE_M) | (high_s - low_s <= _SAME_S)).all():
+                break
+            middle_s = 0.5 * (low_s + high_s)
+            middle_m = gap_m(middle_s)
+            root = np.sqrt(np.maximum(middle_m * middle_m - low_m * high_m, 0.0))
+            ratio = np.divide(middle_m, root, out=np.zeros_like(root), where=root > 0.0)
+            guess_s = np.clip(middle_s + (middle_s - low_s) * ratio, low_s, high_s)
+            for time_s, value_m in ((middle_s, middle_m), (guess_s, gap_m(guess_s))):
+                before = (value_m >= 0.0) & (time_s > low_s)
+                low_s, low_m = np.where(before, time_s, low_s), np.where(before, value_m, low_m)
+                after = (value_m < 0.0) & (time_s < high_s)
+                high_s = np.where(after, time_s, high_s)
+                high_m = np.where(after, value_m, high_m)
+        return low_s

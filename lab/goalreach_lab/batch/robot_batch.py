@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from goalreach_lab.batch.batch_motion import (
     BatchMotion,
+    BatchWalls,
     displacements,
     follow_ramp,
     quarter_turn_times,
     ramp_piece,
 )
-from goalreach_lab.batch.batch_walls import BatchWalls
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.contact import TOUCH_M, Walls

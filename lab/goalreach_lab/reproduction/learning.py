@@ -135,8 +135,11 @@ def _success_row(name: str, study: _Study, *, goal: Goal | None) -> BenchRow:
 def _study(arena: Arena, config: LearningConfig, seeds: int, seed: int) -> _Study:
     import numpy as np
 
-    from goalreach_lab.batch.batch_training import greedy_successes_batch, train_batch
-    from goalreach_lab.batch.value_iteration import value_iteration
+    from goalreach_lab.batch.batch_training import (
+        greedy_successes_batch,
+        train_batch,
+        value_iteration,
+    )
 
     successes, first, seconds = 0, [], []
     learned, counts = np.zeros((3, 3)), np.zeros((3, 3, 8, 11), dtype=np.int64)
