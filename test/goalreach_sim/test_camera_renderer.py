@@ -7,7 +7,7 @@ import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
-from goalreach_sim.camera_renderer import CameraRenderer, real_lens
+from goalreach_sim.camera_renderer import CameraRenderer, true_lens
 from goalreach_sim.camera_view import CameraPose, OpticsConfig
 
 LEDS_M = np.array([[2.0, 0.0, 1.0]])
@@ -149,7 +149,7 @@ def test_same_seed_same_image() -> None:
     assert (render(4.0, noise=nominal, seed=7) != render(4.0, noise=nominal, seed=8)).any()
 
 
-def test_real_lens_keeps_all_but_the_focal_length() -> None:
-    lens = real_lens(CAMERA, 1.01)
+def test_true_lens_keeps_all_but_the_focal_length() -> None:
+    lens = true_lens(CAMERA, 1.01)
     assert (lens.fx_px, lens.fy_px) == pytest.approx((505.0, 505.0))
     assert (lens.cx_px, lens.cy_px) == (320.0, 240.0)

@@ -9,9 +9,8 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
 
 
 @pytest.fixture

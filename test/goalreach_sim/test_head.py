@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from goalreach_sim.drive_config import HeadConfig
 from goalreach_sim.head import PanTiltHead
+from goalreach_sim.simulator_config import HeadConfig
 
 
 def make_head(noise_rad: float, resolution_rad: float = 0.0) -> PanTiltHead:

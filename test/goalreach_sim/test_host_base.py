@@ -6,11 +6,10 @@ import pytest
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.host_base import HostBase
 from goalreach_sim.nomad200 import STATE_LENGTH
 from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import DriveConfig, SimulatorConfig
 
 TENTH_IN_M = 0.00254
 TENTH_DEG = math.radians(0.1)

@@ -5,7 +5,6 @@ import pytest
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_sim.contact import Walls
-from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.nomad200 import (
     STATE_BUMPER,
     STATE_CONF_TURRET,
@@ -19,6 +18,7 @@ from goalreach_sim.nomad200 import (
     Nomad200,
 )
 from goalreach_sim.robot import Robot
+from goalreach_sim.simulator_config import DriveConfig
 
 PERIOD_S = 0.04
 

@@ -7,10 +7,9 @@ import pytest
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
-from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
 
 START = Pose2(x_m=1.778, y_m=3.0, heading_rad=-math.pi / 2)
 

@@ -28,7 +28,6 @@ class ParameterInfo:
         maximum: Largest accepted value, or None.
         choices: The accepted strings, or empty where any will do.
         length: Number of elements that a sequence must have, or None.
-        fixed: True where the value cannot change after start.
     """
 
     description: str
@@ -36,7 +35,6 @@ class ParameterInfo:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     length: int | None = None
-    fixed: bool = False
 
     def allowed(self, kind: str) -> str:
         """Return the phrase that tells what is accepted, for an error message."""
@@ -60,7 +58,6 @@ def parameter(
     maximum: float | None = None,
     choices: tuple[str, ...] = (),
     length: int | None = None,
-    fixed: bool = False,
 ) -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
     """Return a dataclass field that carries a `ParameterInfo`.
 
@@ -71,7 +68,6 @@ def parameter(
         maximum: Largest accepted value, of each element for a tuple.
         choices: The accepted strings.
         length: Number of elements of a tuple.
-        fixed: True where the value cannot change after start.
     """
     info = ParameterInfo(
         description=description,
@@ -79,7 +75,6 @@ def parameter(
         maximum=maximum,
         choices=choices,
         length=length,
-        fixed=fixed,
     )
     return dataclasses.field(default=default, metadata={_KEY: info})
 

@@ -1,7 +1,7 @@
 """One motor axis with a trapezoidal velocity profile, exact for any step length.
 
-A command is turned into pieces of constant acceleration; within a piece position and velocity
-are polynomials of time, so a second in one step or in a thousand gives the same state.
+A command becomes a sequence of pieces of constant acceleration, within which position and velocity
+are polynomials of time: a second in one step or in a thousand steps gives the same state.
 Units are those of the axis: metres or radians.
 """
 
@@ -13,18 +13,18 @@ _Piece = tuple[float, float, float]
 """Duration (s), acceleration, velocity at the end."""
 
 DONE_S = 1e-12
-"""A piece with less than this left is over: rounding of sums of steps."""
+"""A piece with less time left than this has ended; absorbs the rounding of sums of steps."""
 
 
 class Axis:
     """An axis that follows velocity commands and relative moves within its limits.
 
     Attributes:
-        position: Where it stands, metres or radians, without wrapping.
-        velocity: How fast it moves, per second.
+        position: Metres or radians, without wrapping.
+        velocity: Per second.
         max_speed: Limit of every velocity command.
         speed: Cruising speed of relative moves.
-        acceleration: Of every ramp; a change acts from the next command on.
+        acceleration: Of every ramp; a change takes effect with the next command.
     """
 
     def __init__(self, *, max_speed: float, acceleration: float) -> None:
@@ -44,23 +44,23 @@ class Axis:
 
     @property
     def piece_acceleration(self) -> float:
-        """Acceleration until then; velocity keeps its sign within a piece."""
+        """Acceleration of the present piece, within which the velocity keeps its sign."""
         return self._plan[-1][1] if self._plan else 0.0
 
     @property
     def is_moving(self) -> bool:
-        """Whether the axis moves or is about to."""
+        """Whether the axis moves or has a motion planned."""
         return self.velocity != 0.0 or bool(self._plan)
 
     def place(self, position: float) -> None:
-        """Stand still at a position."""
+        """Set the position, at rest."""
         self.position = position
         self.velocity = self._target = 0.0
         self._goal = None
         self._plan = []
 
     def go(self, velocity: float) -> None:
-        """Ramp to a velocity (clipped to `max_speed`) and keep it.
+        """Ramp to a velocity, clipped to `max_speed`, and hold it.
 
         Raises:
             ValueError: The velocity is not finite.
@@ -75,13 +75,13 @@ class Axis:
         self._plan = _ramp(self.velocity, target, self.acceleration)
 
     def brake(self, deceleration: float) -> None:
-        """Ramp to rest, however hard."""
+        """Ramp to rest with a deceleration that may exceed that of the axis."""
         self._target = 0.0
         self._goal = None
         self._plan = _ramp(self.velocity, 0.0, deceleration)
 
     def move_by(self, distance: float) -> None:
-        """Move by a distance in the shortest time and stop there; stop now if `speed` is 0.
+        """Move by a distance in the shortest time and stop; stop now if `speed` is 0.
 
         Raises:
             ValueError: The distance is not finite.
@@ -96,7 +96,7 @@ class Axis:
         self._plan_move(distance)
 
     def stall(self) -> None:
-        """Stand still at once, as against a wall; the command stays and will start again."""
+        """Stop at once, as against a wall; the command stays in force and starts again."""
         self.velocity = 0.0
         if self._goal is None:
             self._plan = _ramp(0.0, self._target, self.acceleration)
@@ -110,7 +110,7 @@ class Axis:
             self._goal = None
 
     def advance_piece(self, dt_s: float) -> None:
-        """Go on for a time that is not longer than `piece_s`."""
+        """Advance by a time that is not longer than `piece_s`."""
         if not self._plan:
             self.position += self.velocity * dt_s
             return
@@ -127,7 +127,7 @@ class Axis:
             self.position, self._goal = self._goal, None
 
     def advance(self, dt_s: float) -> None:
-        """Go on for any time."""
+        """Advance by any time."""
         if self.velocity == 0.0 and not self._plan:
             return
         while dt_s > DONE_S:
@@ -151,7 +151,7 @@ def _ramp(velocity: float, target: float, acceleration: float) -> list[_Piece]:
 def _trapezoid(
     distance: float, velocity: float, speed: float, acceleration: float
 ) -> list[_Piece]:
-    """Return the pieces, last first, of the quickest move over a distance that ends at rest."""
+    """Return the pieces, last first, of the fastest move over a distance that ends at rest."""
     stopping = velocity * abs(velocity) / (2.0 * acceleration)
     sign = math.copysign(1.0, distance - stopping)
     pieces: list[_Piece] = []

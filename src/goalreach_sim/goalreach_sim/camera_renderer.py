@@ -1,4 +1,4 @@
-"""What the camera sees: LED spots on a dark, noisy image."""
+"""Rendering of camera images: LED spots on a dark, noisy background."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from goalreach_sim.camera_view import (
 )
 
 _DARK_DN = 0.05
-"""Where a spot is fainter than this it is cut off; a tenth of rounding, chosen."""
+"""A spot is cut off where it is fainter than this, a tenth of rounding; chosen."""
 
 _FULL_DN = 255.0
 _SQRT2 = math.sqrt(2.0)
 
 
 def pixel_shares(centre_px: float, sigma_px: float, first: int, last: int) -> FloatArray:
-    """Return the share of a one-dimensional Gaussian that falls on each pixel.
+    """Return the fraction of a one-dimensional Gaussian that falls on each pixel.
 
     Args:
-        centre_px: Its centre; pixel i reaches from i - 0.5 to i + 0.5.
+        centre_px: Its centre; pixel i extends from i - 0.5 to i + 0.5.
         sigma_px: Its standard deviation.
         first: First pixel.
         last: Pixel after the last.
 
     Returns:
-        (last - first,) shares, their sum at most one.
+        (last - first,) fractions with a sum of at most one.
     """
     scale = 1.0 / (sigma_px * _SQRT2)
     edge_px, erf = centre_px + 0.5, math.erf
@@ -50,7 +50,7 @@ def pixel_shares(centre_px: float, sigma_px: float, first: int, last: int) -> Fl
 def spot_window(
     u_px: float, v_px: float, sigma_px: float, flux_dn: float, shape: tuple[int, int]
 ) -> tuple[slice, slice]:
-    """Return the rows and columns of an image that a spot reaches; empty where there are none.
+    """Return the rows and columns of an image that a spot covers, which may be none.
 
     Args:
         u_px: Centre, column.
@@ -75,7 +75,7 @@ def spot_window(
 
 
 def add_light(window: NDArray[np.uint8], light_dn: FloatArray) -> None:
-    """Add light to a part of an image in place; it rounds, and saturates at 255."""
+    """Add light to a window of an image in place, with rounding and saturation at 255."""
     light_dn += window
     np.rint(light_dn, out=light_dn)
     np.maximum(light_dn, 0.0, out=light_dn)  # np.clip costs several times as much as these two
@@ -84,10 +84,10 @@ def add_light(window: NDArray[np.uint8], light_dn: FloatArray) -> None:
 
 
 _SPARE_NOISE = 1 << 17
-"""How much longer than an image the noise bank is, pixels; chosen."""
+"""Pixels of the noise bank beyond one image; chosen."""
 
 _SPURIOUS_RANGE_M = (1.0, 6.0)
-"""A spurious light is as bright as an LED somewhere in this range; chosen."""
+"""Range of an LED as bright as a spurious light; chosen."""
 
 _SPURIOUS_DRAWS = 4
 
@@ -95,23 +95,23 @@ _SPURIOUS_DRAWS = 4
 class CameraRenderer:
     """Renders mono8 images of the LEDs.
 
-    An LED is a Gaussian spot, integrated over each pixel, whose sum of grey values falls with the
-    square of the range and with the angle to the LED's axis, whose width is that of the lens and
-    of the LED's own disc, and which saturates at 255. Read and shot noise come from a bank drawn
-    once and read from a random place for each image and each spot.
+    An LED is a Gaussian spot, integrated over each pixel and saturated at 255. Its sum of grey
+    values falls with the square of the range and with the angle off the LED's axis; its width
+    combines the lens and the LED's disc. Read and shot noise come from a bank that is drawn once
+    and read at a random offset for each image and each spot.
 
     Args:
-        camera: The real lens (not what calibration says).
-        landmarks_m: (n, 3) real places of the LEDs in `map`.
+        camera: The true lens, not the calibrated one.
+        landmarks_m: (n, 3) true positions of the LEDs in `map`.
         arena_size_m: Arena size along x and y.
-        optics: Light, grey values, time of exposure.
-        posts: What hides LEDs.
+        optics: Light, grey values, exposure.
+        posts: Posts that may hide LEDs.
         noise: Read noise, spot width, dropouts, spurious lights.
-        rng: Of the noise in the pixels.
-        event_rng: Of dropouts and spurious lights.
+        rng: Generator of the pixel noise.
+        event_rng: Generator of dropouts and spurious lights.
 
     Attributes:
-        dark: Numbers of LEDs that do not shine.
+        dark: Numbers of the LEDs that are dark.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class CameraRenderer:
         self._dark_bank = np.clip(np.rint(dark_dn), 0.0, 255.0).astype(np.uint8)
 
     def render(self, pose: CameraPose) -> NDArray[np.uint8]:
-        """Return a new image (height, width) as seen from a pose."""
+        """Return a new image (height, width) taken from a pose."""
         offset = int(self._rng.random() * _SPARE_NOISE)
         image: NDArray[np.uint8] = self._dark_bank[offset : offset + self._size].copy()
         image = image.reshape(self._shape)
@@ -171,7 +171,7 @@ class CameraRenderer:
         return image
 
     def set_extra_light(self, place_m: tuple[float, ...]) -> None:
-        """Let a light shine to all sides that is no LED, at a place in `map`; none if empty."""
+        """Set a false light that shines in all directions: x, y, z in `map`, metres, or empty."""
         self._extra_m = np.array(place_m, dtype=np.float64).reshape(-1, 3)
         self._extra = CameraView(self._camera, self._extra_m) if place_m else None
 
@@ -216,8 +216,8 @@ class CameraRenderer:
         self._add_spot(image, u_px, v_px, low_m + near * (high_m - low_m), 1.0)
 
 
-def real_lens(calibrated: PinholeCamera, focal_scale: float) -> PinholeCamera:
-    """Return the lens behind a calibration whose focal length is wrong by a factor."""
+def true_lens(calibrated: PinholeCamera, focal_scale: float) -> PinholeCamera:
+    """Return the true lens, whose focal length is the calibrated one times a factor."""
     return dataclasses.replace(
         calibrated, fx_px=calibrated.fx_px * focal_scale, fy_px=calibrated.fy_px * focal_scale
     )

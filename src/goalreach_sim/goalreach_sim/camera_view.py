@@ -1,4 +1,4 @@
-"""Where the camera sees the LEDs: lens, posts and the time at which each row is exposed."""
+"""Projection of the LEDs into the image: lens, posts, rolling shutter and emission."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from goalreach_msgs_py.values import FloatArray
 
 
 def emission_axes(landmarks_m: FloatArray, width_m: float, length_m: float) -> FloatArray:
-    """Return the direction in which each LED shines: into the arena, away from its wall.
+    """Return the axis of each LED, which points away from its wall into the arena.
 
     Args:
         landmarks_m: (n, 3) LEDs in `map`.
@@ -23,8 +23,8 @@ def emission_axes(landmarks_m: FloatArray, width_m: float, length_m: float) -> F
         length_m: Arena size along y.
 
     Returns:
-        (n, 3) level unit vectors, the inward normal of the nearest wall; the goal wall first
-        where two are as near.
+        (n, 3) horizontal unit vectors, the inward normal of the nearest wall; the goal wall at a
+        tie.
     """
     normals = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     x_m, y_m = landmarks_m[:, 0], landmarks_m[:, 1]
@@ -34,25 +34,25 @@ def emission_axes(landmarks_m: FloatArray, width_m: float, length_m: float) -> F
 
 
 def emission_exponent(half_angle_rad: float) -> float:
-    """Return the exponent n for which cos(angle / 2)^n is one half at the half angle."""
+    """Return n such that cos(angle / 2)^n is one half at the half angle."""
     return math.log(0.5) / math.log(math.cos(half_angle_rad / 2.0))
 
 
 def emission(cosine: float, exponent: float) -> float:
     """Return the strength of an LED off its axis, relative to that on its axis.
 
-    A domed LED: cos(angle / 2)^n, smooth from one on the axis to nothing straight behind.
+    Models a domed LED by cos(angle / 2)^n: one on the axis, zero straight behind.
 
     Args:
         cosine: Cosine of the angle between its axis and the line of sight.
-        exponent: As `emission_exponent` gives it.
+        exponent: n, from `emission_exponent`.
     """
     squared = 0.5 * (1.0 + cosine)  # cos^2 of half the angle
     return float(squared ** (0.5 * exponent)) if squared > 0.0 else 0.0
 
 
 Post = tuple[float, float, float, float]
-"""x and y of its axis in `map`, radius, height: metres."""
+"""x and y of the axis in `map`, radius, height; metres."""
 
 
 def posts_from_flat(values: Sequence[float]) -> tuple[Post, ...]:
@@ -62,7 +62,7 @@ def posts_from_flat(values: Sequence[float]) -> tuple[Post, ...]:
 
 
 def is_hidden(camera_m: Sequence[float], led_m: Sequence[float], posts: Sequence[Post]) -> bool:
-    """Return whether a post stands in the line of sight from the camera to an LED.
+    """Return whether a post blocks the line of sight from the camera to an LED.
 
     Args:
         camera_m: Optical centre x, y, z in `map`.
@@ -89,21 +89,21 @@ def is_hidden(camera_m: Sequence[float], led_m: Sequence[float], posts: Sequence
 
 
 _ROLLING_STEPS = 3
-"""Fixed-point steps for the row of a moving LED; the error shrinks a hundredfold in each."""
+"""Fixed-point iterations for the row of a moving LED; each reduces the error a hundredfold."""
 
 _WIDEST = 5.0
-"""Tangent of the widest angle at which a distorted lens is looked at; chosen."""
+"""Largest tangent of the off-axis angle considered for a distorted lens; chosen."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraPose:
-    """Where the camera is and how it moves.
+    """Pose and velocity of the camera.
 
     Attributes:
         centre_m: (3,) optical centre in `map`.
         azimuth_rad: Azimuth of the optical axis in `map`.
         tilt_rad: Its elevation, upward.
-        velocity_m_per_s: (3,) of the centre.
+        velocity_m_per_s: (3,) velocity of the centre in `map`.
         azimuth_rad_per_s: Rate of the azimuth.
         tilt_rad_per_s: Rate of the elevation.
     """
@@ -121,10 +121,10 @@ class CameraView:
 
     Args:
         camera: The real lens.
-        landmarks_m: (n, 3) real places of the LEDs in `map`.
-        posts: What hides them.
-        rolling_exposure_s: Time from the exposure of the top row to that of the bottom row, which
-            is exposed at the image's stamp; 0 where all rows are exposed at once.
+        landmarks_m: (n, 3) true positions of the LEDs in `map`.
+        posts: Posts that may hide them.
+        rolling_exposure_s: Time from the exposure of the top row to that of the bottom row, whose
+            exposure is at the image's stamp; 0 for a global shutter.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class CameraView:
     def _project(
         self, points_m: list[list[float]], pose: CameraPose, time_s: float
     ) -> list[tuple[float, float]]:
-        """Return the pixels at a time relative to the stamp, without arrays: points are few."""
+        """Return the pixels at a time relative to the stamp; plain floats suit a few points."""
         right, down, forward = optical_rotation(
             pose.azimuth_rad + time_s * pose.azimuth_rad_per_s,
             pose.tilt_rad + time_s * pose.tilt_rad_per_s,
@@ -176,7 +176,7 @@ class CameraView:
         return pixels
 
     def _at_its_row(self, index: int, v_px: float, pose: CameraPose) -> tuple[float, float]:
-        """Return the pixel of an LED at the time when the row it falls on is exposed."""
+        """Return the pixel of an LED at the exposure time of the row it falls on."""
         u_px, last_row = math.nan, self._camera.height_px - 1
         point_m = self._landmark_lists[index : index + 1]
         for _ in range(_ROLLING_STEPS):
@@ -189,9 +189,9 @@ class CameraView:
 
 
 def _monotonic_radius(camera: PinholeCamera) -> float:
-    """Return the tangent of the angle up to which a distorted lens maps one to one.
+    """Return the tangent of the off-axis angle up to which a distorted lens is one-to-one.
 
-    Beyond it the Brown-Conrady polynomial turns back and would show what is out of view.
+    Beyond it the Brown-Conrady polynomial turns back and would map points out of view into it.
     """
     if not any(camera.distortion):
         return _WIDEST
@@ -205,27 +205,26 @@ def _monotonic_radius(camera: PinholeCamera) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class OpticsConfig:
-    """How light becomes grey values; none of these figures is in the paper."""
+    """Light, exposure and grey values; none of these figures is in the paper."""
 
     dark_offset_dn: float = parameter(
         10.0, 'Mean grey value without light; chosen', minimum=0.0, maximum=100.0
     )
     led_flux_dn: float = parameter(
         18000.0,
-        'Sum of the grey values of an LED 1 m away on its axis; chosen so that its peak is 75 at '
-        '5 m',
+        'Sum of the grey values of an LED 1 m away on its axis; chosen for a peak of 75 at 5 m',
         minimum=0.0,
         maximum=1e7,
     )
     led_radius_m: float = parameter(
         0.0025,
-        'Radius of the glowing disc of an LED, m; a common 5 mm LED',
+        'Radius of the luminous disc of an LED, m; a common 5 mm LED',
         minimum=0.0,
         maximum=0.1,
     )
     led_half_angle_rad: float = parameter(
         deg(60),
-        'Angle from its axis at which an LED shines half as strongly, rad; chosen',
+        'Angle off axis at which an LED has half its intensity, rad; chosen',
         minimum=deg(5),
         maximum=deg(175),
     )
@@ -238,7 +237,7 @@ class OpticsConfig:
     rolling_exposure_s: float = parameter(
         0.0,
         'Time from the exposure of the top row to that of the bottom row, which is at the stamp, '
-        's; 0 where all rows are exposed at once, as by the CCD of the robot',
+        's; 0 for a global shutter, as in the CCD of the robot',
         minimum=0.0,
         maximum=1.0,
     )

@@ -6,16 +6,16 @@ from collections.abc import Callable
 import math
 
 TOUCH_M = 1e-12
-"""A gap of no more than this is contact; chosen, a thousand times the rounding of a coordinate."""
+"""Largest gap that counts as contact; chosen, a thousand times the rounding of a coordinate."""
 
 GRAZE = 1e-13
-"""A motion whose component into the wall is smaller runs along it; chosen."""
+"""A motion with a smaller component into the wall runs along it; chosen."""
 
 BISECTIONS = 60
 
 
 class Walls:
-    """The free floor of the robot's centre.
+    """The rectangle to which the walls confine the robot's centre.
 
     Args:
         width_m: Arena size along x.
@@ -33,7 +33,7 @@ class Walls:
         return min(self.gaps_m(x_m, y_m))
 
     def gaps_m(self, x_m: float, y_m: float) -> tuple[float, float, float, float]:
-        """Return the gap to each wall: of small x, large x, small y, large y."""
+        """Return the gap to each wall, in the order of small x, large x, small y, large y."""
         return (
             x_m - self.low_x_m,
             self.high_x_m - x_m,
@@ -42,14 +42,14 @@ class Walls:
         )
 
     def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
-        """Return the walls, in the order of `gaps_m`, that the body is beyond.
+        """Return the indices (see `gaps_m`) of the walls that the body overlaps.
 
-        A wall that is passed by less than rounding is one along which the robot slides.
+        A wall that is overlapped by less than rounding is one along which the robot slides.
         """
         return tuple(i for i, gap_m in enumerate(self.gaps_m(x_m, y_m)) if gap_m < -TOUCH_M)
 
     def gap_m(self, walls: tuple[int, ...], x_m: float, y_m: float) -> float:
-        """Return the smallest gap to some of the walls."""
+        """Return the smallest gap to the given walls."""
         gaps_m = self.gaps_m(x_m, y_m)
         return min(gaps_m[wall] for wall in walls)
 
@@ -73,7 +73,7 @@ class Walls:
         return tuple(direction_rad for gap_m, direction_rad in gaps if gap_m <= TOUCH_M)
 
     def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Return the point of the free floor that is nearest."""
+        """Return the nearest point of the free floor."""
         return (
             min(max(x_m, self.low_x_m), self.high_x_m),
             min(max(y_m, self.low_y_m), self.high_y_m),
@@ -84,7 +84,8 @@ def first_crossing(gap_m: Callable[[float], float], end_s: float) -> float:
     """Return when a gap that shrinks over [0, end] reaches zero.
 
     Args:
-        gap_m: Gap by time: not negative at 0, negative at `end_s`, monotonic but for rounding.
+        gap_m: Gap as a function of time: not negative at 0, negative at `end_s`, monotonic but for
+            rounding.
         end_s: End of the interval.
 
     Returns:

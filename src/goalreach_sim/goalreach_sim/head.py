@@ -1,4 +1,4 @@
-"""The pan/tilt head: two servos with imperfect encoders."""
+"""The pan/tilt head: two servos with noisy, biased encoders."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import math
 
 import numpy as np
 
-from goalreach_sim.drive_config import HeadConfig
+from goalreach_sim.simulator_config import HeadConfig
 
 
 class Servo:
-    """Turns towards its target at a constant rate and holds it; exact for any step length.
+    """A servo that turns to its target at a constant rate; exact for any step length.
 
     Args:
         minimum_rad: Lower end of its range.
         maximum_rad: Upper end of its range.
-        rate_rad_per_s: How fast it turns.
+        rate_rad_per_s: Rate of rotation.
 
     Attributes:
-        position_rad: Where it stands by its own encoder, before noise.
+        position_rad: Angle by its own encoder, before noise.
     """
 
     def __init__(self, *, minimum_rad: float, maximum_rad: float, rate_rad_per_s: float) -> None:
@@ -30,18 +30,18 @@ class Servo:
 
     @property
     def velocity_rad_per_s(self) -> float:
-        """How fast it turns now."""
+        """Present rate of rotation."""
         to_go_rad = self._target_rad - self.position_rad
         if to_go_rad == 0.0:
             return 0.0
         return self._rate_rad_per_s if to_go_rad > 0.0 else -self._rate_rad_per_s
 
     def place(self, position_rad: float) -> None:
-        """Stand still at a position."""
+        """Set the position, at rest."""
         self.position_rad = self._target_rad = position_rad
 
     def go_to(self, target_rad: float) -> None:
-        """Take a new target, clipped to the range.
+        """Set the target, clipped to the range.
 
         Raises:
             ValueError: The target is not finite.
@@ -51,7 +51,7 @@ class Servo:
         self._target_rad = min(max(target_rad, self._minimum_rad), self._maximum_rad)
 
     def advance(self, dt_s: float) -> None:
-        """Turn for a time."""
+        """Simulate a time."""
         reach_rad = self._rate_rad_per_s * dt_s
         to_go_rad = self._target_rad - self.position_rad
         if abs(to_go_rad) <= reach_rad:
@@ -61,17 +61,17 @@ class Servo:
 
 
 class PanTiltHead:
-    """Pan and tilt servos, their mounting error and the noise of their encoders.
+    """Pan and tilt servos with mounting errors and encoder noise.
 
-    A servo turns until its own encoder shows the target; the camera then looks away from it by
+    A servo turns until its own encoder reads the target; the camera's true angle then differs by
     the bias. A reading adds noise, then rounds to the encoder's step.
 
     Args:
         config: Ranges, rate, encoder step.
         noise_rad: Standard deviation of a reading.
-        pan_bias_rad: True pan angle minus that of the encoder.
-        tilt_bias_rad: True tilt angle minus that of the encoder.
-        rng: Of the encoders' noise; two draws per reading.
+        pan_bias_rad: True pan angle minus its encoder's.
+        tilt_bias_rad: True tilt angle minus its encoder's.
+        rng: Generator of the encoder noise; two draws per reading.
     """
 
     def __init__(
@@ -100,23 +100,23 @@ class PanTiltHead:
         self._rng = rng
 
     def place(self) -> None:
-        """Stand straight."""
+        """Set both angles to zero, at rest."""
         self.pan.place(0.0)
         self.tilt.place(0.0)
 
     def go_to(self, pan_rad: float, tilt_rad: float) -> None:
-        """Take new targets, clipped to the ranges."""
+        """Set the targets, clipped to the ranges."""
         self.pan.go_to(pan_rad)
         self.tilt.go_to(tilt_rad)
 
     def advance(self, dt_s: float) -> None:
-        """Turn for a time."""
+        """Simulate a time."""
         self.pan.advance(dt_s)
         self.tilt.advance(dt_s)
 
     @property
     def true_angles_rad(self) -> tuple[float, float]:
-        """Where the camera really looks: pan and tilt."""
+        """True pan and tilt of the camera."""
         return (
             self.pan.position_rad + self._pan_bias_rad,
             self.tilt.position_rad + self._tilt_bias_rad,

@@ -1,8 +1,7 @@
-"""The mobile base in SI units over the host language: what a node needs of a real robot.
+"""The mobile base in SI units on top of the host language: the core of a driver node.
 
-`HostLanguage` is the seam: the simulated `Nomad200` has these verbs, and a driver that sends them
-over a serial line would have them too. `HostBase` knows only the verbs and the state vector, so
-it drives either.
+`HostLanguage` is the interface: the simulated `Nomad200` implements it, as would a class that
+sends the commands over a serial line. `HostBase` uses only this interface.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ from typing import Final, Protocol
 
 from goalreach_msgs_py.angles import INCH_M, angle_difference, wrap_angle
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
-from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.nomad200 import (
     STATE_BUMPER,
     STATE_CONF_STEER,
@@ -23,16 +21,17 @@ from goalreach_sim.nomad200 import (
     STATE_VEL_TRANS,
 )
 from goalreach_sim.sensors import BUMPER_COUNT
+from goalreach_sim.simulator_config import DriveConfig
 
 _TENTH_INCH_M: Final = 0.1 * INCH_M
 _TENTH_DEGREE_RAD: Final = math.radians(0.1)
 
 
 class HostLanguage(Protocol):
-    """The verbs that `HostBase` speaks; `Nomad200` tells what each means.
+    """The commands that `HostBase` uses, as documented at `Nomad200`.
 
     Attributes:
-        state: The state vector, refreshed by every verb.
+        state: The state vector, refreshed by every command.
     """
 
     state: list[int]
@@ -60,13 +59,13 @@ class HostLanguage(Protocol):
 
 
 class HostBase:
-    """Drives a robot that speaks the host language, once in a period.
+    """Commands a robot through its host language, once in a period.
 
     Args:
-        robot: The robot, its steering and turret aligned by `zr` before.
-        config: Limits of the axes; their accelerations are set here.
+        robot: The robot, after `zr` has aligned its steering and turret.
+        config: Limits of the axes; sets their accelerations.
         period_s: Time between two calls of `command`.
-        timeout_s: Watchdog, whole seconds: the language knows no finer ones.
+        timeout_s: Watchdog, in whole seconds as the language requires.
     """
 
     def __init__(
@@ -83,7 +82,7 @@ class HostBase:
         robot.conf_tm(timeout_s)
 
     def define(self, start: Pose2) -> None:
-        """Let the encoders count from a pose, where a person has put the robot.
+        """Set the pose from which the encoders count, where a person has put the robot.
 
         The turret keeps its angle to the wheels.
         """
@@ -92,14 +91,14 @@ class HostBase:
         self._robot.da(_tenths_of_degree(start.heading_rad), _tenths_of_degree(turret_rad))
 
     def command(self, drive: Twist2, turret_joint_rad: float) -> None:
-        """Send velocities, and turn the turret towards an angle seen from base_link.
+        """Send velocities for all axes that turn the turret towards an angle in base_link.
 
-        All three axes go in one `vm`. The turret's rate is the highest from which it can still
-        brake in time and that does not pass the target within a period.
+        The turret's rate is the highest from which it can still brake in time and that does not
+        pass the target within a period.
 
         Args:
             drive: Velocities; the robot clips them to its limits.
-            turret_joint_rad: Where the turret is to look, against the drive heading.
+            turret_joint_rad: Target angle of the turret from the drive heading.
         """
         error_rad = angle_difference(turret_joint_rad, self.turret_joint_rad)
         braking = math.sqrt(2.0 * self._config.turret_acceleration_rad_per_s2 * abs(error_rad))
@@ -117,12 +116,12 @@ class HostBase:
         self._robot.st()
 
     def refresh(self) -> None:
-        """Read the state; the properties then tell it."""
+        """Read the state vector, from which the properties are derived."""
         self._robot.gs()
 
     @property
     def odometry(self) -> Odometry:
-        """Pose and velocity by the encoders, in `odom`; whole tenths of an inch and a degree."""
+        """Pose and velocity by the encoders, in `odom`; resolution 0.1 inch and 0.1 degree."""
         state = self._robot.state
         return Odometry(
             pose=Pose2(
@@ -138,7 +137,7 @@ class HostBase:
 
     @property
     def turret_joint_rad(self) -> float:
-        """The turret seen from base_link (the drive heading), in (-pi, pi]."""
+        """Angle of the turret in base_link (from the drive heading), in (-pi, pi]."""
         state = self._robot.state
         return wrap_angle((state[STATE_CONF_TURRET] - state[STATE_CONF_STEER]) * _TENTH_DEGREE_RAD)
 

@@ -1,11 +1,11 @@
-"""The robot as its host computer talks to it: the verbs and the state vector of Nclient.h.
+"""The host language of the Nomad 200: the commands and the state vector of Nclient.h.
 
 Lengths are whole tenths of an inch, angles whole tenths of a degree, as on the machine. The class
-works on the same `Robot` that the simulator drives, so a program written in the host language
-runs in the arena, and a class with these verbs over a serial line could stand in its place.
+commands the same `Robot` as the simulator, so a program written in the host language runs in the
+arena. A class with the same methods over a serial line can replace it.
 
-Two robots are behind it, as in the original simulator: the state vector tells where the encoders
-believe the robot is; where it really is, only the simulator's ground truth tells.
+The state vector contains the pose measured by the encoders; the true pose is available only as the
+simulator's ground truth.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ _TENTH_DEGREE_RAD = math.radians(0.1)
 _TURN_TENTHS = 3600
 _REAL_TIME = 10
 _LONGEST_TIMEOUT_S = 255
-"""Timeouts travel as one byte."""
+"""A timeout is transmitted as one byte."""
 
 
 class Nomad200:
-    """The host language on a robot. Every verb feeds the watchdog and refreshes the state.
+    """The host language. Every command feeds the watchdog and refreshes the state vector.
 
     Args:
-        robot: The robot, which somebody else may drive at the same time.
-        advance: Lets one period of time pass; `ws` and `zr` call it while they wait.
-        period_s: How long that is.
+        robot: The robot, which other code may drive at the same time.
+        advance: Simulates one period; `ws` and `zr` call it while they wait.
+        period_s: Length of a period.
 
     Attributes:
         state: The state vector, `STATE_LENGTH` whole numbers: bit i of `STATE_BUMPER` is sensor
             i; configuration by the encoders; velocities; bits 0, 1, 2 of `STATE_MOTOR_STATUS`
-            say that translation, steering, turret move (their order is chosen, not from a
+            are set while translation, steering, turret move (their order is chosen, not from a
             source). Entries of sensors that this robot lacks are zero.
     """
 
@@ -80,7 +80,7 @@ class Nomad200:
         self._done()
 
     def ac(self, translation: int, steering: int, turret: int) -> None:
-        """Set accelerations: 0.1 in/s^2 and 0.1 deg/s^2; they act from the next motion on.
+        """Set accelerations: 0.1 in/s^2 and 0.1 deg/s^2; they take effect with the next motion.
 
         Raises:
             ConfigurationError: One is not positive.
@@ -103,9 +103,9 @@ class Nomad200:
         self._done()
 
     def ws(self, *, translation: bool, steering: bool, turret: bool, timeout_s: int) -> bool:
-        """Wait until the chosen axes stand; return False where the time ran out first.
+        """Wait until the chosen axes are at rest; return False after a timeout.
 
-        The watchdog goes on counting meanwhile, and may end the motion early.
+        The watchdog keeps running and may end the motion early.
 
         Raises:
             ConfigurationError: The timeout is not in 0 to 255.
@@ -122,7 +122,7 @@ class Nomad200:
     def zr(self) -> None:
         """Align steering and turret with bumper zero, then set position and angles to zero.
 
-        Returns when the axes stand; the watchdog does not interrupt it.
+        Returns when the axes are at rest; the watchdog does not interrupt it.
         """
         robot = self._robot
         robot.stop()
@@ -153,9 +153,9 @@ class Nomad200:
         self._done()
 
     def place_robot(self, x: int, y: int, steering: int, turret: int) -> None:
-        """Put both robots, the actual and the encoder one, at a configuration of `map`.
+        """Put the robot and its odometry at a configuration of `map`.
 
-        Bumper zero then looks along +x.
+        Bumper zero then points along +x.
 
         Raises:
             ConfigurationError: The body would overlap a wall.
@@ -169,7 +169,7 @@ class Nomad200:
         self._done()
 
     def conf_tm(self, timeout_s: int) -> None:
-        """Set the watchdog: all motion stops when no command came for so long; 0 for never.
+        """Set the watchdog: time without a command after which all motion stops; 0 for never.
 
         Raises:
             ConfigurationError: The timeout is not in 0 to 255.

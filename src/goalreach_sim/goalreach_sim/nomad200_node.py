@@ -21,15 +21,18 @@ from goalreach_msgs_py.ros.raw_robot import head_from_raw, twist_from_raw
 from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Pose2
-from goalreach_sim.faults import FaultParameters, SimulatedFaults
-from goalreach_sim.pacing import TimeConfig
 from goalreach_sim.ros.command_guard import CommandGuard
 from goalreach_sim.ros.frame_publisher import FramePublisher
 from goalreach_sim.ros.lockstep import LockstepClock
 from goalreach_sim.ros.markers import arena_markers
 from goalreach_sim.ros.realtime import RealtimeClock
 from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import (
+    FaultParameters,
+    SimulatedFaults,
+    SimulatorConfig,
+    TimeConfig,
+)
 
 _NAME = 'nomad200'
 _THROTTLE_S = 5.0

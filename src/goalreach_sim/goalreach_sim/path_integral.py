@@ -1,10 +1,10 @@
-"""The path of a robot whose speed and turning rate change steadily.
+"""Displacement of a robot with constant linear and angular acceleration.
 
 With speed v0 + a t and heading h0 + w t + c t^2 / 2 the position is a Fresnel-like integral
 without an elementary form. Five-point Gauss-Legendre quadrature over panels in which the heading
-turns by at most a quarter radian leaves about 1e-13 of the distance as its error (its remainder
-is 2e-13 times the tenth derivative over a unit panel, at worst about 945 (0.25)^5), so it counts
-as exact.
+turns by at most a quarter radian has an error of about 1e-13 of the distance (its remainder is
+2e-13 times the tenth derivative over a unit panel, at worst about 945 (0.25)^5) and counts as
+exact.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SOON_S = 1e-12
 
 
 class Motion(NamedTuple):
-    """A motion with constant accelerations; a tuple, for one is made for every piece of a drive.
+    """A motion with constant accelerations; a tuple, since every piece of a drive makes one.
 
     Attributes:
         heading_rad: Drive heading at the start.
@@ -54,7 +54,7 @@ class Motion(NamedTuple):
 
 
 def displacement(motion: Motion, dt_s: float) -> tuple[float, float]:
-    """Return how far a robot gets along x and y in a time, metres."""
+    """Return the displacement along x and y over a time, metres."""
     heading_rad, turn_rad_per_s, turn_rad_per_s2, speed_m_per_s, acceleration_m_per_s2 = motion
     if turn_rad_per_s == 0.0 and turn_rad_per_s2 == 0.0:
         distance_m = (speed_m_per_s + 0.5 * acceleration_m_per_s2 * dt_s) * dt_s

@@ -19,27 +19,27 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
 from goalreach_sim.axis import Axis
 from goalreach_sim.contact import TOUCH_M, Walls, first_crossing
-from goalreach_sim.drive_config import DriveConfig
 from goalreach_sim.path_integral import Motion, displacement, quarter_turn_time
 from goalreach_sim.sensors import WheelOdometry, pressed_bumpers
+from goalreach_sim.simulator_config import DriveConfig
 
 NOTHING_S = 1e-12
-"""Less time than this is none: rounding of sums of steps."""
+"""Shorter times count as zero; absorbs the rounding of sums of steps."""
 
 
 class Robot:
     """A synchro-drive robot among walls; its motion is exact for any step length.
 
-    The robot stops dead where its body first touches a wall. There it stands still, its wheels
-    blocked, while the drive heading (or its reverse, backing) has a component into the wall.
+    The robot stops at once where its body first touches a wall. Its wheels stay blocked while the
+    drive heading (or its reverse, in backward motion) has a component into the wall.
 
     Args:
         config: Limits of the axes.
-        walls: What it may run into.
-        watchdog_s: All axes ramp to rest when no drive command came for so long after the last.
-        watchdog_braking_m_per_s2: How hard it brakes then, or None for the usual ramp.
-        odometry_scale: Distance by the encoders over distance driven.
-        drift_rad_per_m: Turn of the base per metre driven, forwards or backwards.
+        walls: The arena's walls.
+        watchdog_s: Time after the last drive command at which all axes ramp to rest.
+        watchdog_braking_m_per_s2: Its deceleration, or None for the usual ramp.
+        odometry_scale: Distance measured by the encoders over distance driven.
+        drift_rad_per_m: Rotation of the base per metre driven, forwards or backwards.
 
     Attributes:
         translation: Axis whose position is the distance driven, metres.
@@ -81,7 +81,7 @@ class Robot:
         self.x_m = self.y_m = self.base_yaw_rad = 0.0
 
     def place(self, start: Pose2, *, steering_rad: float = 0.0, turret_rad: float = 0.0) -> None:
-        """Stand at a pose, with the axes at given angles of the base; odometry starts there.
+        """Put the robot at a pose, at rest, its axes at given angles; odometry starts there.
 
         Raises:
             ConfigurationError: The body would overlap a wall.
@@ -99,11 +99,11 @@ class Robot:
         self.define_odometry(start)
 
     def define_odometry(self, pose: Pose2) -> None:
-        """Let the encoders count from a pose; the robot does not move."""
+        """Set the pose from which the encoders count; the robot does not move."""
         self._odometry.define(pose, self.steering.position)
 
     def feed_watchdog(self, age_s: float = 0.0) -> None:
-        """Note that a drive command was given, now or some time ago."""
+        """Restart the watchdog for a command given now or some time ago."""
         self._watchdog_left_s = max(self.watchdog_s - age_s, 0.0)
 
     def stop(self) -> None:
@@ -112,7 +112,7 @@ class Robot:
             axis.go(0.0)
 
     def drive(self, command: Twist2, age_s: float = 0.0) -> None:
-        """Take velocities (clipped to the limits) of some age, and feed the watchdog."""
+        """Set the velocities, clipped to the limits, and feed the watchdog."""
         self.feed_watchdog(age_s)
         self.translation.go(float(command.linear_m_per_s))
         self.steering.go(float(command.steering_rad_per_s))
@@ -124,7 +124,7 @@ class Robot:
 
     @property
     def turret_joint_rad(self) -> float:
-        """The turret seen from base_link (the drive heading), in (-pi, pi]."""
+        """Angle of the turret in base_link (from the drive heading), in (-pi, pi]."""
         return wrap_angle(self.turret.position - self.steering.position)
 
     @property
@@ -135,7 +135,7 @@ class Robot:
 
     @property
     def odometry(self) -> Odometry:
-        """Pose and velocity by the encoders, in `odom`."""
+        """Pose and velocity measured by the encoders, in `odom`."""
         pose = self._odometry.pose(self.steering.position)
         return Odometry(pose=pose, twist=self._twist(self._odometry.scale))
 
@@ -150,7 +150,7 @@ class Robot:
         return pressed_bumpers(touched_rad, self.base_yaw_rad)
 
     def advance(self, dt_s: float) -> None:
-        """Let time pass."""
+        """Simulate a time."""
         left_s = dt_s
         while left_s > NOTHING_S:
             step_s = self._advance_piece(min(left_s, self._watchdog_left_s))
@@ -163,7 +163,7 @@ class Robot:
                 self.translation.brake(self._braking)
 
     def _advance_piece(self, limit_s: float) -> float:
-        """Go on while all accelerations are constant; return for how long that was."""
+        """Advance while all accelerations are constant; return the time advanced."""
         limit_s = min(limit_s, self.steering.piece_s)
         translation = self.translation
         speed, acceleration = translation.velocity, translation.piece_acceleration
@@ -178,7 +178,7 @@ class Robot:
         return self._advance_near_wall(limit_s, step_s)
 
     def _advance_near_wall(self, limit_s: float, step_s: float) -> float:
-        """Go on until a wall, a change of quadrant or the end of the piece."""
+        """Advance to a wall, a change of quadrant or the end of the piece."""
         motion = self._true_motion()
         step_s = quarter_turn_time(motion, step_s)
         if not self._is_blocked(motion, step_s):
@@ -200,7 +200,7 @@ class Robot:
         return step_s
 
     def _is_blocked(self, motion: Motion, step_s: float) -> bool:
-        """Return whether a touched wall stops the motion of this piece, judged at its middle."""
+        """Return whether a touched wall blocks the motion, evaluated at the piece's middle."""
         middle_s = 0.5 * step_s
         turn_rad_per_s = motion.turn_rad_per_s + 0.5 * motion.turn_rad_per_s2 * middle_s
         middle_rad = motion.heading_rad + turn_rad_per_s * middle_s
@@ -214,7 +214,7 @@ class Robot:
         return self.x_m + dx_m, self.y_m + dy_m
 
     def _wheel_motion(self) -> Motion:
-        """Return the present piece of motion as the wheels do it on the base."""
+        """Return the present piece of motion relative to the base."""
         translation, steering = self.translation, self.steering
         return Motion(
             steering.position,
@@ -225,7 +225,7 @@ class Robot:
         )
 
     def _true_motion(self) -> Motion:
-        """Return the same in `map`, where slip adds to the turning rate."""
+        """Return the present piece of motion in `map`, where slip adds to the turning rate."""
         steering_rad, turn, turn_change, speed, acceleration = self._wheel_motion()
         slip = math.copysign(1.0, speed or acceleration) * self._drift_rad_per_m
         return Motion(
@@ -237,7 +237,7 @@ class Robot:
         )
 
     def _roll(self, dt_s: float) -> None:
-        """Move on unhindered within a piece, and count it with the encoders."""
+        """Advance without contact within a piece, and update the encoders."""
         motion = self._true_motion()
         self.x_m, self.y_m = self.walls.clamp(*self._position(motion, dt_s))
         self._odometry.count(self._wheel_motion(), dt_s)

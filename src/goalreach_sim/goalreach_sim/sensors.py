@@ -1,4 +1,4 @@
-"""All that the simulated robot senses at one moment."""
+"""Sensor readings, wheel odometry, bumpers and the errors drawn for a run."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from goalreach_sim.path_integral import Motion, displacement
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SensorFrame:
-    """All that is sensed at one moment.
+    """All sensor readings of one instant, with the ground truth.
 
     Attributes:
         time_ns: The robot's clock.
-        image: (height, width) grey values, a fresh array.
-        camera: The camera as calibrated; the real lens differs by the drawn focal error.
+        image: (height, width) grey values, a new array.
+        camera: The calibrated camera; the true lens differs by the drawn focal error.
         joints: Turret, pan and tilt as their encoders read them.
-        odometry: What the wheel encoders say, in `odom`.
+        odometry: Pose and velocity measured by the wheel encoders, in `odom`.
         bumpers: 20 flags; sensor i sits at 18 i degrees on the base.
         truth: True pose and velocity in `map`; for evaluation and display only.
-        truth_head: True angles of the camera's carriers.
+        truth_head: True angles of turret, pan and tilt.
         truth_base_yaw_rad: True orientation of the base, which carries the bumpers, in `map`.
-        base_yaw_rad: The same by the encoders: in `odom`.
+        base_yaw_rad: The same by the encoders, in `odom`.
     """
 
     time_ns: int
@@ -46,13 +46,13 @@ class SensorFrame:
 
 
 class WheelOdometry:
-    """The second of the two robots that the original simulator keeps: the one encoders believe.
+    """Dead reckoning by wheel encoders, independent of the true pose.
 
-    The encoders count wheel turns, so distance has a scale error and is blind to slip; heading
-    is the steering angle since the start and is blind to the base turning under the robot.
+    The encoders count wheel turns: the distance has a scale error and misses slip; the heading is
+    the steering angle since the start and misses rotations of the base.
 
     Args:
-        scale: Distance by the encoders over distance driven.
+        scale: Distance measured by the encoders over distance driven.
     """
 
     def __init__(self, scale: float) -> None:
@@ -60,12 +60,12 @@ class WheelOdometry:
         self._x_m = self._y_m = self._yaw_rad = 0.0
 
     def define(self, pose: Pose2, steering_rad: float) -> None:
-        """Count on from a pose that holds at the present steering angle."""
+        """Set the pose that belongs to the present steering angle."""
         self._x_m, self._y_m = pose.x_m, pose.y_m
         self._yaw_rad = pose.heading_rad - steering_rad
 
     def count(self, motion: Motion, dt_s: float) -> None:
-        """Count a piece of the motion of the wheels, its heading being the steering angle."""
+        """Add a piece of motion relative to the base, its heading being the steering angle."""
         steering_rad, turn, turn_change, speed, acceleration = motion
         scale = self.scale
         dx_m, dy_m = displacement(
@@ -91,7 +91,7 @@ BUMPER_COUNT = 20
 BUMPER_SPACING_RAD = math.radians(18.0)
 _HALF_ARC_RAD = math.radians(18.0)
 _EDGE_RAD = 1e-9
-"""The ends of an arc belong to it, whatever the rounding."""
+"""Tolerance that includes the ends of an arc despite rounding."""
 
 _NONE_PRESSED = (False,) * BUMPER_COUNT
 
@@ -104,7 +104,7 @@ def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tup
         base_yaw_rad: Orientation of the base in `map`; not the drive heading.
 
     Returns:
-        20 flags; every sensor whose arc, ends included, covers a direction is pressed.
+        20 flags: a sensor is pressed where its arc, ends included, covers a direction.
     """
     pressed = set()
     for direction_rad in directions_rad:
@@ -118,16 +118,16 @@ def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tup
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunErrors:
-    """The errors of one run.
+    """The systematic errors of one run.
 
     Attributes:
-        landmark_offsets_m: (n, 3), where the LEDs are minus where the survey says.
+        landmark_offsets_m: (n, 3), true minus surveyed positions of the LEDs.
         camera_height_m: True height of the camera minus the nominal one.
         focal_scale: True focal length over the calibrated one.
-        pan_bias_rad: True pan angle minus what its encoder reads.
-        tilt_bias_rad: The same for tilt.
-        odometry_scale: Distance by the encoders over distance driven.
-        drift_rad_per_m: Turn of the base per metre driven, unseen by the encoders.
+        pan_bias_rad: True pan angle minus its encoder's.
+        tilt_bias_rad: True tilt angle minus its encoder's.
+        odometry_scale: Distance measured by the encoders over distance driven.
+        drift_rad_per_m: Rotation of the base per metre driven, which the encoders miss.
     """
 
     landmark_offsets_m: FloatArray
@@ -140,12 +140,12 @@ class RunErrors:
 
 
 def draw_run_errors(noise: NoiseModel, landmarks: int, rng: np.random.Generator) -> RunErrors:
-    """Draw the errors of one run, each normal with the standard deviation of the model.
+    """Draw the errors of one run from normal distributions.
 
     Args:
-        noise: How large they may be.
+        noise: Standard deviations.
         landmarks: Number of LEDs.
-        rng: Where they are drawn from; always the same number of draws.
+        rng: Generator; the number of draws does not depend on the noise.
     """
     height, focal, pan, tilt, scale, drift = rng.standard_normal(6).tolist()
     return RunErrors(

@@ -12,34 +12,32 @@ from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
-from goalreach_sim.camera_renderer import CameraRenderer, real_lens
+from goalreach_sim.camera_renderer import CameraRenderer, true_lens
 from goalreach_sim.camera_view import CameraPose, posts_from_flat
 from goalreach_sim.contact import Walls
-from goalreach_sim.faults import SimulatedFaults
 from goalreach_sim.head import PanTiltHead
 from goalreach_sim.nomad200 import Nomad200
 from goalreach_sim.robot import Robot
 from goalreach_sim.sensors import SensorFrame, draw_run_errors
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
 
 
 class Simulator:
     """Robot, sensors and clock. The same seed and the same calls give the same frames.
 
-    What is wrong with this robot and set-up (LED places, camera height, focal length, pan and
-    tilt bias, odometry scale and drift) is drawn once for each noise model. Errors of the run,
-    pixels, dropouts and spurious lights, and encoders have generators of their own, so that none
-    of them shifts another's draws.
+    The systematic errors (LED positions, camera height, focal length, pan and tilt bias, odometry
+    scale and drift) are drawn once for each noise model. They, the pixel noise, the dropouts and
+    spurious lights, and the encoders have separate generators, so that no draw shifts another's.
 
     Args:
         config: Robot, arena and the size of the errors.
-        rng: Parent of the four generators.
+        rng: Parent of these four generators.
 
     Attributes:
         config: As given.
         robot: The mobile base, in SI units.
         head: The pan/tilt head.
-        nomad: The same robot in the words and units of its host language.
+        nomad: The same robot behind its host language.
     """
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
@@ -53,7 +51,7 @@ class Simulator:
         self.reset(config.start)
 
     def _build(self, config: SimulatorConfig) -> None:
-        """Draw the errors of a run and make the parts that have them."""
+        """Draw the errors of a run and build robot, head and camera with them."""
         run_rng, pixel_rng, event_rng, encoder_rng = self._rng.spawn(4)
         landmarks_m = config.landmark_array_m
         errors = draw_run_errors(config.noise, len(landmarks_m), run_rng)
@@ -79,7 +77,7 @@ class Simulator:
         )
         self._camera = config.calibrated_camera
         self._renderer = CameraRenderer(
-            real_lens(self._camera, errors.focal_scale),
+            true_lens(self._camera, errors.focal_scale),
             landmarks_m + errors.landmark_offsets_m,
             (config.arena_width_m, config.arena_length_m),
             optics=config.optics,
@@ -93,7 +91,7 @@ class Simulator:
 
     @property
     def time_ns(self) -> int:
-        """The robot's clock, nanoseconds; it never goes back, not even over a reset."""
+        """The robot's clock, nanoseconds; a reset does not turn it back."""
         return self._time_ns
 
     @property
@@ -102,10 +100,9 @@ class Simulator:
         return self._period_ns
 
     def reset(self, start: Pose2) -> None:
-        """Put the robot at a pose, standing, its head straight; odometry starts there.
+        """Put the robot at a pose, at rest, its head straight; odometry starts there.
 
-        The errors of the run stay as they were drawn, and the clock goes on. Encoders that stand
-        still begin there too: what they count from is defined anew.
+        The drawn errors stay and the clock goes on; frozen encoders read the new pose, too.
 
         Raises:
             ConfigurationError: The body would overlap a wall.
@@ -116,9 +113,9 @@ class Simulator:
             self._encoders_stood = self.robot.odometry.pose
 
     def change_noise(self, noise: NoiseModel) -> None:
-        """Put another robot where this one stands, with errors drawn from another noise model.
+        """Replace the robot by one with errors drawn from another noise model, and reset it.
 
-        It stands, its head straight; its odometry begins there. The clock and the faults stay.
+        Pose, clock and faults stay.
         """
         pose = self.robot.truth.pose
         self._build(replace(self.config, noise=noise))
@@ -127,7 +124,7 @@ class Simulator:
 
     @property
     def faults(self) -> SimulatedFaults:
-        """What is broken; a new value counts at once, and may carry the robot elsewhere."""
+        """Present faults; a new value takes effect at once, and may move the robot."""
         return self._faults
 
     @faults.setter
@@ -147,21 +144,21 @@ class Simulator:
         self._faults = faults
 
     def command_drive(self, command: Twist2, age_s: float = 0.0) -> None:
-        """Take velocities, clipped to the limits; feeds the watchdog, less if they are old."""
+        """Set the velocities, clipped to the limits, given some time ago; feeds the watchdog."""
         self.robot.drive(command, age_s)
 
     def command_head(self, target: HeadAngles) -> None:
-        """Take targets of the three joints, the turret's relative to base_link as of now.
+        """Set the targets of the three joints, the turret's relative to base_link as of now.
 
-        The turret goes there by the shortest turn and then keeps its place on the base: it does
-        not follow the steering.
+        The turret turns the shorter way and then stays fixed to the base: it does not follow the
+        steering.
         """
         robot = self.robot
         robot.turret.move_by(angle_difference(target.turret_rad, robot.turret_joint_rad))
         self.head.go_to(target.pan_rad, target.tilt_rad)
 
     def advance(self) -> None:
-        """Let one camera period pass."""
+        """Simulate one camera period."""
         dt_s = self._period_ns * 1e-9
         self.robot.advance(dt_s)
         self.head.advance(dt_s)
@@ -202,7 +199,7 @@ class Simulator:
         )
 
     def _camera_pose(self, head: HeadAngles) -> CameraPose:
-        """Return where the camera looks from and how it moves; steering does not turn it."""
+        """Return the camera's pose and velocity; steering does not turn it."""
         robot = self.robot
         heading_rad, speed = robot.heading_rad, robot.translation.velocity
         return CameraPose(

@@ -1,14 +1,15 @@
-"""Everything that can be set about the simulated robot and its arena."""
+"""Parameters of the simulated robot: arena, camera, motors, clock and faults."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+import itertools
 import math
 
 import numpy as np
 
-from goalreach_msgs_py.angles import deg
+from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.arena import BODY_RADIUS_M, DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.errors import ConfigurationError
@@ -16,68 +17,133 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_sim.camera_view import OpticsConfig
-from goalreach_sim.drive_config import DriveConfig, HeadConfig
+from goalreach_sim.sensors import BUMPER_COUNT
 
 
-def _flat(landmarks_m: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
-    return tuple(coordinate for led in landmarks_m for coordinate in led)
+@dataclass(frozen=True, kw_only=True)
+class DriveConfig:
+    """Limits of the three motor axes: translation, steering, turret."""
+
+    translation_speed_m_per_s: float = parameter(
+        inches(20),
+        'Top translation speed, m/s; laboratories report 20 and 24 in/s, the latter is the limit',
+        minimum=0.01,
+        maximum=inches(24),
+    )
+    steering_speed_rad_per_s: float = parameter(
+        deg(60),
+        'Top steering rate, rad/s; 60 deg/s by two laboratories',
+        minimum=0.01,
+        maximum=deg(360),
+    )
+    turret_speed_rad_per_s: float = parameter(
+        deg(90),
+        'Top turret rate, rad/s; 90 deg/s by two laboratories',
+        minimum=0.01,
+        maximum=deg(360),
+    )
+    translation_acceleration_m_per_s2: float = parameter(
+        inches(30),
+        "Translation acceleration, m/s^2; 30 in/s^2 is the Player driver's default",
+        minimum=0.01,
+        maximum=10.0,
+    )
+    steering_acceleration_rad_per_s2: float = parameter(
+        deg(30),
+        "Steering acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
+        minimum=0.01,
+        maximum=100.0,
+    )
+    turret_acceleration_rad_per_s2: float = parameter(
+        deg(30),
+        "Turret acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
+        minimum=0.01,
+        maximum=100.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeadConfig:
+    """Limits of the pan/tilt head; the paper gives ranges of 174 and 70 degrees, no rates."""
+
+    pan_minimum_rad: float = parameter(
+        deg(-87), 'Lower end of pan, rad; the paper: a range of 174 deg', minimum=-3.2, maximum=0.0
+    )
+    pan_maximum_rad: float = parameter(
+        deg(87), 'Upper end of pan, rad; the paper: a range of 174 deg', minimum=0.0, maximum=3.2
+    )
+    tilt_minimum_rad: float = parameter(
+        deg(-20), 'Lower end of tilt, rad; the paper: a range of 70 deg', minimum=-1.5, maximum=0.0
+    )
+    tilt_maximum_rad: float = parameter(
+        deg(50), 'Upper end of tilt, rad; the paper: a range of 70 deg', minimum=0.0, maximum=1.5
+    )
+    rate_rad_per_s: float = parameter(
+        deg(90),
+        'Rate of the pan and tilt servos, rad/s; chosen, not from a source',
+        minimum=0.01,
+        maximum=deg(720),
+    )
+    encoder_resolution_rad: float = parameter(
+        0.0,
+        'Step of the pan and tilt encoders, rad; 0 for none. Chosen, not from a source',
+        minimum=0.0,
+        maximum=0.1,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, and that no range is empty."""
+        check_fields(self)
+        for axis in ('pan', 'tilt'):
+            low, high = getattr(self, f'{axis}_minimum_rad'), getattr(self, f'{axis}_maximum_rad')
+            if low >= high:
+                raise ConfigurationError(f'{axis}_maximum_rad', high, f'more than {low:g}')
 
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorConfig:
-    """A robot, its camera, its arena, and how wrong they may be.
+    """The robot, its camera, its arena, and the size of their errors.
 
     Raises:
         ConfigurationError: A value is refused; the line names it.
     """
 
     arena_width_m: float = parameter(
-        WIDTH_M, 'Arena size along x, m; the paper: 140 in', minimum=0.5, maximum=100.0, fixed=True
+        WIDTH_M, 'Arena size along x, m; the paper: 140 in', minimum=0.5, maximum=100.0
     )
     arena_length_m: float = parameter(
-        LENGTH_M,
-        'Arena size along y, m; the paper: 200 in',
-        minimum=0.5,
-        maximum=100.0,
-        fixed=True,
+        LENGTH_M, 'Arena size along y, m; the paper: 200 in', minimum=0.5, maximum=100.0
     )
     landmarks_m: tuple[float, ...] = parameter(
-        _flat(DEFAULT_LANDMARKS_M),
-        'Surveyed places of the LEDs in map, m: x, y, z of the first, then the next',
-        fixed=True,
+        tuple(itertools.chain.from_iterable(DEFAULT_LANDMARKS_M)),
+        'Surveyed positions of the LEDs in map, m: x, y, z of each in turn',
     )
     posts_m: tuple[float, ...] = parameter(
         (),
-        'Posts that hide LEDs from the camera: x, y, radius, height of the first, then the next, '
-        'm in map; the robot does not feel them. None in the paper',
-        fixed=True,
+        'Posts that hide LEDs from the camera, m in map: x, y, radius, height of each in turn; '
+        'the robot drives through them. None in the paper',
     )
     body_radius_m: float = parameter(
-        BODY_RADIUS_M,
-        'Radius of the bumper ring, m; Player project',
-        minimum=0.05,
-        maximum=1.0,
-        fixed=True,
+        BODY_RADIUS_M, 'Radius of the bumper ring, m; Player project', minimum=0.05, maximum=1.0
     )
     camera_height_m: float = parameter(
-        1.10,
-        'Nominal height of the optical centre, m; chosen: 43.3 in',
-        minimum=0.1,
-        maximum=3.0,
-        fixed=True,
+        1.10, 'Nominal height of the optical centre, m; chosen: 43.3 in', minimum=0.1, maximum=3.0
     )
     image_width_px: int = parameter(
-        640, 'Image width, pixels; the thesis on the robot', minimum=16, maximum=4096, fixed=True
+        640, 'Image width, pixels; the thesis on the robot', minimum=16, maximum=4096
     )
     image_height_px: int = parameter(
-        480, 'Image height, pixels; the thesis on the robot', minimum=16, maximum=4096, fixed=True
+        480, 'Image height, pixels; the thesis on the robot', minimum=16, maximum=4096
     )
     horizontal_fov_rad: float = parameter(
         deg(60),
         'Calibrated horizontal field of view, rad; chosen, not from a source',
         minimum=deg(5),
         maximum=deg(150),
-        fixed=True,
     )
     distortion: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0, 0.0),
@@ -85,34 +151,27 @@ class SimulatorConfig:
         minimum=-2.0,
         maximum=2.0,
         length=5,
-        fixed=True,
     )
     camera_rate_hz: float = parameter(
-        25.0,
-        'Images per second; the thesis on the robot',
-        minimum=0.1,
-        maximum=1000.0,
-        fixed=True,
+        25.0, 'Images per second; the thesis on the robot', minimum=0.1, maximum=1000.0
     )
     start_pose: tuple[float, ...] = parameter(
         (1.778, 4.5, -math.pi / 2),
-        'Where a reset puts the robot: x (m), y (m), heading (rad) in map; chosen',
+        'Pose after a reset: x (m), y (m), heading (rad) in map; chosen',
         length=3,
     )
     watchdog_s: float = parameter(
         0.5,
-        'The drive stands when no command came for so long, s; it brakes in time; chosen',
+        'Time without a command after which the drive is at rest, s; chosen',
         minimum=0.01,
         maximum=60.0,
-        fixed=True,
     )
     watchdog_braking_m_per_s2: float = parameter(
         5.08,
-        'How hard the watchdog brakes the drive, m/s^2; chosen: 200 in/s^2, at rest within 0.1 s '
-        'from any speed, so it begins 0.4 s after the last command',
+        'Deceleration by the watchdog, m/s^2; chosen: 200 in/s^2 brings the robot to rest within '
+        '0.1 s from any speed, so braking begins 0.4 s after the last command',
         minimum=0.01,
         maximum=100.0,
-        fixed=True,
     )
     drive: DriveConfig = field(default_factory=DriveConfig)
     head: HeadConfig = field(default_factory=HeadConfig)
@@ -120,7 +179,7 @@ class SimulatorConfig:
     noise: NoiseModel = field(default_factory=NoiseModel)
 
     def __post_init__(self) -> None:
-        """Check every field, and what must fit together."""
+        """Check every field, and the fields against each other."""
         check_fields(self)
         for name in ('arena_width_m', 'arena_length_m'):
             if getattr(self, name) <= 2.0 * self.body_radius_m:
@@ -148,11 +207,11 @@ class SimulatorConfig:
 
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> SimulatorConfig:
-        """Return the default robot in an arena, at its first start, with given errors."""
+        """Return the default robot with given errors at the first start of an arena."""
         config = cls(
             arena_width_m=arena.width_m,
             arena_length_m=arena.length_m,
-            landmarks_m=_flat(arena.landmarks_m),
+            landmarks_m=tuple(itertools.chain.from_iterable(arena.landmarks_m)),
             start_pose=(arena.width_m / 2.0, arena.length_m / 2.0, -math.pi / 2.0),
             noise=noise,
         )
@@ -163,13 +222,13 @@ class SimulatorConfig:
 
     @property
     def start(self) -> Pose2:
-        """Where a reset puts the robot."""
+        """Pose after a reset."""
         x_m, y_m, heading_rad = self.start_pose
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
 
     @property
     def landmark_array_m(self) -> FloatArray:
-        """Surveyed places of the LEDs, (n, 3), metres in `map`."""
+        """Surveyed positions of the LEDs, (n, 3), metres in `map`."""
         return np.array(self.landmarks_m, dtype=np.float64).reshape(-1, 3)
 
     @property
@@ -179,7 +238,7 @@ class SimulatorConfig:
 
     @property
     def calibrated_camera(self) -> PinholeCamera:
-        """The camera as calibration knows it: what CameraInfo tells."""
+        """The camera as calibrated, which is what CameraInfo contains."""
         ideal = PinholeCamera.from_field_of_view(
             width_px=self.image_width_px,
             height_px=self.image_height_px,
@@ -187,3 +246,95 @@ class SimulatorConfig:
         )
         k1, k2, p1, p2, k3 = self.distortion
         return dataclasses.replace(ideal, distortion=(k1, k2, p1, p2, k3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeConfig:
+    """Clock, speed and seed of a simulation run."""
+
+    clock: str = parameter(
+        'realtime',
+        'realtime: follow the wall clock; lockstep: wait for the commands of each image',
+        choices=('realtime', 'lockstep'),
+    )
+    speed: float = parameter(
+        1.0, 'Simulated seconds per wall second with clock realtime', minimum=0.01, maximum=100.0
+    )
+    seed: int = parameter(
+        0, 'Seed of everything random in the simulation', minimum=0, maximum=2**31 - 1
+    )
+    start_time_ns: int = parameter(
+        0,
+        'Initial time of the clock, ns; after a restart the clock must not go back',
+        minimum=0,
+        maximum=2**62,
+    )
+    answer_timeout_s: float = parameter(
+        5.0,
+        'Wall seconds after which a node that does not answer in lockstep is reported',
+        minimum=0.1,
+        maximum=3600.0,
+    )
+    consumers: str = parameter(
+        '',
+        'Nodes that must miss no tick, separated by commas: the first tick waits until each has '
+        'registered, and in lockstep none comes while one of them is too far behind',
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        check_fields(self)
+
+    @property
+    def consumer_names(self) -> tuple[str, ...]:
+        """The names in `consumers`."""
+        return tuple(filter(None, (name.strip() for name in self.consumers.split(','))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedFaults:
+    """Faults of the robot, none by default; live parameters of the node, for tests.
+
+    Random errors of intact sensors belong to `NoiseModel`.
+    """
+
+    dark_leds: tuple[float, ...] = parameter(
+        (), 'Numbers of the LEDs that are dark, from 0', minimum=0.0, maximum=1000.0
+    )
+    extra_light_m: tuple[float, ...] = parameter(
+        (),
+        'Position of a false light: x, y, z in map, m; empty: none',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+    camera_frozen: bool = parameter(False, 'Whether the camera repeats its last image')
+    odometry_frozen: bool = parameter(False, 'Whether the wheel encoders stand still')
+    stuck_bumper: int = parameter(
+        -1,
+        'Number of the bumper that stays pressed, from 0; -1: none',
+        minimum=-1,
+        maximum=BUMPER_COUNT - 1,
+    )
+    carry_to: tuple[float, ...] = parameter(
+        (),
+        'Pose to which the robot is carried when the value changes, unnoticed by its encoders: '
+        'x, y (m), heading (rad)',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check every field, and that points have three coordinates."""
+        check_fields(self)
+        for name in ('extra_light_m', 'carry_to'):
+            if len(getattr(self, name)) not in (0, 3):
+                raise ConfigurationError(name, getattr(self, name), 'three numbers or none')
+        if any(number != int(number) for number in self.dark_leds):
+            raise ConfigurationError('dark_leds', self.dark_leds, 'whole numbers')
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultParameters:
+    """The faults as the node declares them: parameters `faults.*`."""
+
+    faults: SimulatedFaults = field(default_factory=SimulatedFaults)

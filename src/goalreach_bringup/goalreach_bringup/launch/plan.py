@@ -24,9 +24,7 @@ from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, 
 from goalreach_msgs_py.values import Pose2
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
-from goalreach_sim.faults import FaultParameters
-from goalreach_sim.pacing import TimeConfig
-from goalreach_sim.simulator_config import SimulatorConfig
+from goalreach_sim.simulator_config import FaultParameters, SimulatorConfig, TimeConfig
 
 _ENDLESS_STARTS = 1000
 
