@@ -1,17 +1,17 @@
-import argparse
 from pathlib import Path
 
 import pytest
 
-from goalreach_lab.localization.suite import configure, execute
+from goalreach_bringup.command import Command
+from goalreach_lab.localization import suite
+from goalreach_lab.localization.suite import Options, execute
 from goalreach_msgs_py.errors import ConfigurationError
 
 
-def options(*arguments: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--seed', type=int, default=0)
-    configure(parser)
-    return parser.parse_args(arguments)
+def options(*arguments: str) -> Options:
+    _, parsed = Command.of_module(suite).parse('bench localization', arguments)
+    assert isinstance(parsed, Options)
+    return parsed
 
 
 SMALL = (
@@ -55,4 +55,10 @@ def test_results_are_kept_and_written_with_figures(
 )
 def test_refuses_invalid_options(arguments: tuple[str, ...], name: str) -> None:
     with pytest.raises(ConfigurationError, match=name):
-        execute(options(*arguments))
+        options(*arguments)
+
+
+def test_sizes_are_small_unless_given() -> None:
+    assert options().size('kidnaps') == 60
+    assert options('--full').size('kidnaps') == 2000
+    assert options('--full', '--kidnaps', '7').size('kidnaps') == 7
