@@ -124,7 +124,9 @@ def _studies(options: Options) -> dict[str, Callable[[], Study]]:
     }
 
 
-def _write(options: Options, found: dict[str, Any], rows: dict[str, list[BenchRow]]) -> None:
+def _write(
+    out: Path, options: Options, found: dict[str, Any], rows: dict[str, list[BenchRow]]
+) -> None:
     """Write the document; a part that was not measured is left out."""
     from goalreach_lab.localization.figures import links
     from goalreach_lab.localization.frame_log import WRONG_IN, WRONG_NEES
