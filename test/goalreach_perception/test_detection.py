@@ -14,7 +14,7 @@ DETECTOR = SpotDetector(DetectionConfig(), spot_sigma_px=1.2, read_noise_dn=1.5)
 def test_a_spot_in_a_window_and_in_the_whole_frame() -> None:
     image = spot_image([(320.3, 100.7, 150.0)])
     for spots in (DETECTOR.in_windows(image, [(325.0, 96.0)], [20]), DETECTOR.in_frame(image)):
-        assert spots.good == [True]
+        assert spots.led_like == [True]
         assert spots.pixels_px[0] == pytest.approx([320.3, 100.7], abs=0.01)
         assert spots.peaks_dn[0] == pytest.approx(155, abs=6)
 
@@ -23,7 +23,7 @@ def test_a_spot_in_a_window_and_in_the_whole_frame() -> None:
 @settings(max_examples=25, deadline=None)
 def test_places_are_as_good_as_claimed_even_saturated(u: float, v: float, peak: float) -> None:
     spots = DETECTOR.in_frame(spot_image([(u, v, peak)]))
-    assert spots.good == [True]
+    assert spots.led_like == [True]
     assert np.abs(spots.pixels_px[0] - [u, v]).max() < 4.0 * spots.sigmas_px[0]
 
 
@@ -63,14 +63,14 @@ def test_what_is_no_point_of_light_is_left_out() -> None:
     cut = spot_image([(1.0, 200.0, 150.0)])
     for image in (hot, wide, double, cut):
         assert len(DETECTOR.in_frame(image).peaks_dn) == 0
-        assert DETECTOR.in_windows(image, [(300.0, 200.0)], [20]).good == [False]
+        assert DETECTOR.in_windows(image, [(300.0, 200.0)], [20]).led_like == [False]
 
 
 @pytest.mark.parametrize(('u_px', 'whole'), [(4.0, False), (5.0, False), (10.0, True)])
 def test_a_wide_saturated_spot_is_cut_further_from_the_border(u_px: float, *, whole: bool) -> None:
     image = spot_image([(u_px, 200.0, 40000.0)], sigma_px=1.4)
     spots = DETECTOR.in_windows(image, [(u_px, 200.0)], [20])
-    assert spots.good == [whole]
+    assert spots.led_like == [whole]
 
 
 @pytest.mark.parametrize('level', [0, 10, 128, 255])
@@ -78,7 +78,7 @@ def test_images_without_contrast_have_no_spots(level: int) -> None:
     image = np.full((480, 640), level, dtype=np.uint8)
     assert len(DETECTOR.in_frame(image).peaks_dn) == 0
     spots = DETECTOR.in_windows(image, [(100.0, 100.0), (0.0, 479.0)], [20, 20])
-    assert (spots.lit, spots.good) == ([False, False], [False, False])
+    assert (spots.bright, spots.led_like) == ([False, False], [False, False])
 
 
 def test_noise_alone_has_no_spots() -> None:
@@ -92,7 +92,7 @@ def test_noise_alone_has_no_spots() -> None:
 def test_windows_outside_the_image_are_empty() -> None:
     image = spot_image([(5.0, 5.0, 200.0)])
     spots = DETECTOR.in_windows(image, [(-100.0, 50.0), (700.0, 50.0), (20.0, 900.0)], [20] * 3)
-    assert spots.good == [False] * 3
+    assert spots.led_like == [False] * 3
 
 
 def test_a_brighter_background_is_subtracted() -> None:

@@ -75,7 +75,7 @@ def test_all_three_are_in_the_image_beyond_the_near_part_of_the_arena(
     x_m: float, y_m: float
 ) -> None:
     offsets = LED_PLACES - np.array([x_m, y_m, 1.1])
-    azimuth, tilt = HeadTracker(HeadConfig()).aim_at(offsets.tolist(), LENS)
+    azimuth, tilt = HeadTracker(HeadConfig()).centre_leds(offsets.tolist(), LENS)
     pixels = project(offsets, optical_rotation(azimuth, tilt), LENS).pixels_px
     assert (pixels > 20.0).all()
     assert (pixels < [619.0, 459.0]).all()
@@ -85,7 +85,7 @@ def test_all_three_are_in_the_image_beyond_the_near_part_of_the_arena(
 @settings(max_examples=60, deadline=None)
 def test_two_are_in_the_image_nearer_than_that(x_m: float, y_m: float) -> None:
     offsets = LED_PLACES - np.array([x_m, y_m, 1.1])
-    azimuth, tilt = HeadTracker(HeadConfig()).aim_at(offsets.tolist(), LENS)
+    azimuth, tilt = HeadTracker(HeadConfig()).centre_leds(offsets.tolist(), LENS)
     pixels = project(offsets, optical_rotation(azimuth, tilt), LENS).pixels_px
     inside = (pixels > 20.0).all(axis=1) & (pixels < [620.0, 460.0]).all(axis=1)
     assert inside.sum() >= 2

@@ -7,8 +7,8 @@ import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Pose2
+from goalreach_perception.acquisition import Panorama
 from goalreach_perception.measurement_model import Lens
-from goalreach_perception.panorama import Panorama
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 HERE = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)

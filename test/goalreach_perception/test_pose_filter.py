@@ -11,8 +11,8 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.measurement_model import DRIFT, HEIGHT, LEDS, PAN_BIAS, SCALE, Lens
+from goalreach_perception.measurement_prediction import innovation_distance2
 from goalreach_perception.pose_filter import FilterConfig, PoseFilter
-from goalreach_perception.prediction import innovation_distance2
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 JOINTS = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.1)
@@ -36,7 +36,7 @@ def started(
 
 
 def seen_from(state: PoseFilter, offset_px: FloatArray | float = 0.0) -> FloatArray:
-    return state.expect(LENS, JOINTS).pixels_px + offset_px
+    return state.predict_leds(LENS, JOINTS).pixels_px + offset_px
 
 
 def test_a_metre_straight_on_faces_where_the_map_heading_points() -> None:
@@ -77,7 +77,9 @@ def test_turning_on_the_spot_adds_no_uncertainty() -> None:
 def test_pixels_where_expected_leave_the_mean_and_shrink_the_covariance() -> None:
     state = started()
     before = state.mean.copy(), np.trace(state.covariance[:2, :2])
-    distance2 = state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.1))
+    distance2 = state.correct(
+        state.predict_leds(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.1)
+    )
     assert distance2 == pytest.approx(0.0, abs=1e-12)
     assert state.mean == pytest.approx(before[0])
     assert np.trace(state.covariance[:2, :2]) < 0.05 * before[1]
@@ -89,7 +91,7 @@ def test_a_wrong_pose_is_corrected_by_what_the_true_one_sees() -> None:
     state = started(sigma_m=0.3, sigma_rad=0.1)
     state.mean[:3] += [0.05, -0.04, 0.02]
     for _ in range(5):
-        state.correct(state.expect(LENS, JOINTS), ALL, seen, np.full(3, 0.1))
+        state.correct(state.predict_leds(LENS, JOINTS), ALL, seen, np.full(3, 0.1))
     assert state.mean[:2] == pytest.approx([1.7, 3.0], abs=0.01)
     assert state.mean[2] + state.mean[PAN_BIAS] == pytest.approx(-math.pi / 2, abs=0.005)
 
@@ -99,7 +101,7 @@ def test_considered_states_are_never_corrected_but_always_counted() -> None:
     mean, block = state.mean[HEIGHT:].copy(), state.covariance[HEIGHT:, HEIGHT:].copy()
     for _ in range(200):
         pixels = seen_from(state, np.array([0.3, -0.2]))
-        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
+        state.correct(state.predict_leds(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
     assert np.array_equal(state.mean[HEIGHT:], mean)
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(block)
     # However many images there are, the survey's error of 0.1 in stays in the position.
@@ -111,7 +113,9 @@ def test_calibration_learns_what_considering_does_not() -> None:
     for state in (taught, considering):
         for x_m in np.linspace(-0.5, 0.5, 20):
             state.start(Pose2(x_m=1.7 + x_m, y_m=2.5, heading_rad=-1.57), 1e-4 * np.eye(3))
-            state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.05))
+            state.correct(
+                state.predict_leds(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.05)
+            )
     learnt = taught.covariance.diagonal()[HEIGHT:]
     assert (learnt < considering.covariance.diagonal()[HEIGHT:]).all()
 
@@ -121,7 +125,7 @@ def test_pixels_far_from_where_expected_change_nothing() -> None:
     before = state.mean.copy(), state.covariance.copy()
     pixels = seen_from(state)
     pixels[0] += 400.0
-    assert state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.1)) > 32.0
+    assert state.correct(state.predict_leds(LENS, JOINTS), ALL, pixels, np.full(3, 0.1)) > 32.0
     assert np.array_equal(state.mean, before[0])
     assert np.array_equal(state.covariance, before[1])
 
@@ -132,7 +136,7 @@ def test_the_order_of_the_leds_does_not_matter() -> None:
         state = started()
         pixels = seen_from(state, np.array([1.0, 0.5]))
         leds = np.array(order)
-        state.correct(state.expect(LENS, JOINTS), leds, pixels[leds], np.full(3, 0.1))
+        state.correct(state.predict_leds(LENS, JOINTS), leds, pixels[leds], np.full(3, 0.1))
         results.append((state.mean, state.covariance))
     for mean, covariance in results[1:]:
         assert mean == pytest.approx(results[0][0], abs=1e-12)
@@ -148,7 +152,7 @@ def test_the_covariance_stays_symmetric_and_positive() -> None:
         state.predict(place, following)
         place = following
         leds = np.sort(rng.permutation(3)[: rng.integers(1, 4)])
-        prediction = state.expect(LENS, JOINTS)
+        prediction = state.predict_leds(LENS, JOINTS)
         noisy = prediction.pixels_px[leds] + 0.1 * rng.standard_normal((len(leds), 2))
         state.correct(prediction, leds, noisy, np.full(len(leds), 0.1))
     assert np.array_equal(state.covariance, state.covariance.T)
@@ -158,7 +162,7 @@ def test_the_covariance_stays_symmetric_and_positive() -> None:
 def test_pan_noise_is_common_to_the_leds_of_an_image() -> None:
     # A shift of all pixels like that of a pan error is likelier than one of a single LED.
     state = started(sigma_m=1e-4, sigma_rad=1e-4)
-    prediction = state.expect(LENS, JOINTS)
+    prediction = state.predict_leds(LENS, JOINTS)
     sigmas = np.full(3, 0.05)
     together = prediction.pixels_px + np.array([0.5, 0.0])
     alone = prediction.pixels_px.copy()
@@ -169,7 +173,7 @@ def test_pan_noise_is_common_to_the_leds_of_an_image() -> None:
 
 def test_a_new_start_keeps_the_biases_and_drops_their_correlation_with_the_pose() -> None:
     state = started()
-    state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state, 0.5), np.full(3, 0.1))
+    state.correct(state.predict_leds(LENS, JOINTS), ALL, seen_from(state, 0.5), np.full(3, 0.1))
     bias, variance = state.mean[PAN_BIAS], state.covariance[PAN_BIAS, PAN_BIAS]
     state.start(ORIGIN, np.eye(3))
     assert (state.mean[PAN_BIAS], state.covariance[PAN_BIAS, PAN_BIAS]) == (bias, variance)
@@ -181,13 +185,13 @@ def test_what_was_learnt_fades_to_what_was_known_at_the_start() -> None:
     prior = state.covariance.diagonal()[PAN_BIAS:].copy()
     for _ in range(20):
         pixels = seen_from(state, np.array([0.3, -0.2]))
-        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
+        state.correct(state.predict_leds(LENS, JOINTS), ALL, pixels, np.full(3, 0.05))
     learnt = state.mean.copy()
     memory_s = FilterConfig().memory_s
-    state.forget(memory_s * math.log(2.0))
+    state.fade(memory_s * math.log(2.0))
     assert state.mean[PAN_BIAS] == pytest.approx(0.5 * learnt[PAN_BIAS])
     assert state.mean[:3] == pytest.approx(learnt[:3])
-    state.forget(50.0 * memory_s)
+    state.fade(50.0 * memory_s)
     assert state.mean[LEDS:] == pytest.approx(Arena().landmark_array_m.reshape(-1))
     assert state.covariance.diagonal()[PAN_BIAS:] == pytest.approx(prior)
 
@@ -195,7 +199,7 @@ def test_what_was_learnt_fades_to_what_was_known_at_the_start() -> None:
 def test_considered_states_are_not_forgotten() -> None:
     state = started()
     before = state.covariance[HEIGHT:, HEIGHT:].copy()
-    state.forget(100.0)
+    state.fade(100.0)
     assert np.array_equal(state.covariance[HEIGHT:, HEIGHT:], before)
 
 
@@ -224,7 +228,7 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: b
     for step in range(40):
         here, there = (Pose2(x_m=0.02 * k, y_m=0.0, heading_rad=0.0) for k in (step, step + 1))
         pixels = seen_from(state) + 0.3 * rng.standard_normal((3, 2))
-        state.correct(state.expect(LENS, JOINTS), ALL, pixels, np.full(3, 0.1))
+        state.correct(state.predict_leds(LENS, JOINTS), ALL, pixels, np.full(3, 0.1))
         state.predict(here, there)
     assert known() <= begin * (1.0 + 1e-6)
 
@@ -232,15 +236,15 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: b
 def test_after_a_rough_start_a_pose_is_said_to_be_less_sure() -> None:
     state = started()
     sure = state.pose_covariance
-    state.start(START, state.covariance[:3, :3].copy(), rough=True)
+    state.start(START, state.covariance[:3, :3].copy(), coarse=True)
     assert state.pose_covariance == pytest.approx(1.7 * sure)
 
 
 def test_what_a_rough_pose_taught_is_forgotten_when_it_is_begun_anew() -> None:
     state = started(calibrate=True)
     before = state.mean[PAN_BIAS:].copy(), state.covariance[PAN_BIAS:, PAN_BIAS:].copy()
-    state.correct(state.expect(LENS, JOINTS), ALL, seen_from(state, 0.8), np.full(3, 0.1))
+    state.correct(state.predict_leds(LENS, JOINTS), ALL, seen_from(state, 0.8), np.full(3, 0.1))
     assert state.mean[PAN_BIAS:] != pytest.approx(before[0], abs=1e-9)
-    state.recall()
+    state.restore()
     assert state.mean[PAN_BIAS:] == pytest.approx(before[0])
     assert state.covariance[PAN_BIAS:, PAN_BIAS:] == pytest.approx(before[1])

@@ -9,7 +9,7 @@ import pytest
 from goalreach_msgs_py.angles import inches
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, PoseEstimate, RegionState
-from goalreach_perception.localizer_output import anywhere
+from goalreach_perception.localizer_output import uniform_estimate
 from goalreach_perception.state_estimator import (
     StateEstimator,
     StateEstimatorConfig,
@@ -46,7 +46,7 @@ def test_confidence_follows_position_heading_and_age() -> None:
     assert state_at(70.0, 30.0, np.diag([0.16**2, 1e-4, 1e-4])).confidence is Confidence.UNCERTAIN
     assert state_at(70.0, 30.0, np.diag([1e-4, 1e-4, 0.1**2])).confidence is Confidence.UNCERTAIN
     assert state_at(70.0, 30.0, np.full((3, 3), np.nan)).confidence is Confidence.UNCERTAIN
-    estimate = anywhere(3.556, 5.08)
+    estimate = uniform_estimate(3.556, 5.08)
     estimator = StateEstimator(StateEstimatorConfig())
     assert estimator.estimate(estimate).confidence is Confidence.UNCERTAIN
     assert estimator.estimate(estimate, age_s=1.0).confidence is Confidence.STALE

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_perception.triangulation import align, level_points, triangulate
+from goalreach_perception.one_image_pose import align, level_points, triangulate
 
 PLACES = np.array([[1.0 + 1.0j, 1.0 + 0.0j, 1.0 - 1.0j]])
 

@@ -30,8 +30,8 @@ from goalreach_msgs_py.ros.sensor_messages import (
 from goalreach_msgs_py.values import Twist2
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.localizer_output import anywhere
-from goalreach_perception.sensor_watch import SensorWatch
+from goalreach_perception.localizer_output import uniform_estimate
+from goalreach_perception.sensor_monitor import SensorMonitor
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
@@ -43,7 +43,7 @@ def localizer_reader() -> Reader:
     """Return the localizer's core, fed with messages of which one is bad."""
     frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
     config = LocalizerConfig()
-    localizer, watch = LandmarkLocalizer(config), SensorWatch(config)
+    localizer, monitor = LandmarkLocalizer(config), SensorMonitor(config)
     ticks = iter(range(1, 2**62))
     sounds = {
         'joints': head_to_msg(frame.joints, _STAMP),
@@ -63,7 +63,7 @@ def localizer_reader() -> Reader:
             time_ns=time_ns, image=image, camera=camera, joints=joints, odometry=odometry
         )
         if output.mode != 'refused':
-            watch.look(
+            monitor.check(
                 time_ns=time_ns, image=image, camera=camera, joints=joints,
                 odometry=odometry.pose, output=output,
             )  # fmt: skip
@@ -78,7 +78,7 @@ def estimator_reader() -> Reader:
     """Return the core of the estimator, fed with bad poses."""
     estimator, sound = (
         StateEstimator(StateEstimatorConfig()),
-        estimate_to_msg(anywhere(3.0, 5.0), _STAMP),
+        estimate_to_msg(uniform_estimate(3.0, 5.0), _STAMP),
     )
 
     def attempt(rng: np.random.Generator) -> object:
@@ -97,7 +97,7 @@ def controller_reader() -> Reader:
     policy = Policy.unlearned(Arena().regions)
     controller = GoalReachingController(ControllerConfig(), policy, np.random.default_rng(0))
     sound, ticks = (
-        state_to_msg(estimator.estimate(anywhere(3.0, 5.0)), _STAMP),
+        state_to_msg(estimator.estimate(uniform_estimate(3.0, 5.0)), _STAMP),
         iter(range(1, 2**62)),
     )
 

@@ -23,8 +23,7 @@ from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig, identify
 from goalreach_perception.head_tracker import HeadConfig, HeadTracker
 from goalreach_perception.measurement_model import LEDS, Lens, Projection, project
-from goalreach_perception.one_image_pose import ImageGeometry, solve_poses
-from goalreach_perception.triangulation import align, level_points
+from goalreach_perception.one_image_pose import ImageGeometry, align, level_points, solve_poses
 from goalreach_sim.simulator_config import SimulatorConfig
 
 NOISES_PX: Final = (0.1, 0.3, 1.0)
@@ -95,7 +94,7 @@ def one_image_bound(
     head = head or HeadConfig()
     lens = Lens.of_camera(camera)
     offsets_m = leds_m - np.array([x_m, y_m, camera_height_m])
-    azimuth, tilt = HeadTracker(head).aim_at(offsets_m.tolist(), lens)
+    azimuth, tilt = HeadTracker(head).centre_leds(offsets_m.tolist(), lens)
     projection = project(offsets_m, optical_rotation(azimuth, tilt), lens)
     seen = _in_image(projection, camera)
     covariance = np.full((3, 3), np.inf)
@@ -207,7 +206,7 @@ def _measure_noise(
 def _image(x_m: float, y_m: float) -> tuple[float, float, FloatArray]:
     """Return azimuth and tilt of the camera that points at the LEDs, and their exact pixels."""
     offsets_m = _CONFIG.landmark_array_m - np.array([x_m, y_m, _CONFIG.camera_height_m])
-    azimuth, tilt = HeadTracker(HeadConfig()).aim_at(offsets_m.tolist(), _LENS)
+    azimuth, tilt = HeadTracker(HeadConfig()).centre_leds(offsets_m.tolist(), _LENS)
     rotation = optical_rotation(azimuth, tilt)
     return azimuth, tilt, project(offsets_m, rotation, _LENS).pixels_px
 

@@ -129,7 +129,7 @@ class FrameLog:
         counters, before = output.counters, self._counted
         self._counted = (counters.corrections, counters.acquired)
         corrected = counters.corrections > before[0] and counters.acquired == before[1]
-        return self._filter.accepted if self._filter is not None and corrected else (0.0, 0)
+        return self._filter.last_innovation if self._filter is not None and corrected else (0.0, 0)
 
     def take(self) -> Frames:
         """Return the collected frames and start over."""

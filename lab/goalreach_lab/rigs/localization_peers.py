@@ -182,7 +182,7 @@ class FilterpyEkf:
         self._joints = joints
         centres = self._look(self._ekf.x).reshape(-1, 2).tolist()
         spots = self._detector.in_windows(image, centres, [_WINDOW_PX] * len(centres))
-        if all(spots.good):
+        if all(spots.led_like):
             self._ekf.update(spots.pixels_px.reshape(-1), self._jacobian, self._look)
         x_m, y_m, heading = self._ekf.x.tolist()
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=wrap_angle(heading))

@@ -15,8 +15,14 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
-from goalreach_perception.triangulation import align, level_points, triangulate
+from goalreach_perception.one_image_pose import (
+    ImageGeometry,
+    Solutions,
+    align,
+    level_points,
+    solve_poses,
+    triangulate,
+)
 
 _TRIPLE = 3
 _SAME_M = 0.05

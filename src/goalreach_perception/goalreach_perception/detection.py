@@ -58,17 +58,17 @@ class Spots(NamedTuple):
         pixels_px: (n, 2) centres (u, v); pixel (0, 0) is the top-left pixel's centre.
         sigmas_px: (n,) standard deviation of the centre, per axis.
         peaks_dn: Greatest grey value of each.
-        lit: Whether there is light at all.
-        good: Whether it looks like an LED seen through this lens.
+        bright: Whether there is light at all.
+        led_like: Whether it looks like an LED seen through this lens.
     """
 
     pixels_px: FloatArray
     sigmas_px: FloatArray
     peaks_dn: list[int]
-    lit: list[bool]
-    good: list[bool]
+    bright: list[bool]
+    led_like: list[bool]
 
-    def pick(self, rows: list[int]) -> Spots:
+    def select(self, rows: list[int]) -> Spots:
         """Return some of the spots."""
         if rows == list(range(len(self.peaks_dn))):
             return self
@@ -76,18 +76,18 @@ class Spots(NamedTuple):
             self.pixels_px[rows],
             self.sigmas_px[rows],
             [self.peaks_dn[row] for row in rows],
-            [self.lit[row] for row in rows],
-            [self.good[row] for row in rows],
+            [self.bright[row] for row in rows],
+            [self.led_like[row] for row in rows],
         )
 
-    def followed_by(self, other: Spots) -> Spots:
+    def concatenated(self, other: Spots) -> Spots:
         """Return these spots and then the others."""
         return Spots(
             np.concatenate([self.pixels_px, other.pixels_px]),
             np.concatenate([self.sigmas_px, other.sigmas_px]),
             self.peaks_dn + other.peaks_dn,
-            self.lit + other.lit,
-            self.good + other.good,
+            self.bright + other.bright,
+            self.led_like + other.led_like,
         )
 
 
@@ -156,7 +156,7 @@ class SpotDetector:
             skip_px: A light (u, v) to pass over in each window, or nothing.
 
         Returns:
-            One spot per window; `lit` and `good` are false where there is none.
+            One spot per window; `bright` and `led_like` are false where there is none.
         """
         height, width = image.shape
         corners: list[tuple[int, int]] = []
@@ -200,8 +200,8 @@ class SpotDetector:
             corners.append((int(u), int(v)))
             values[np.abs(places - places[best]).max(axis=1) <= self._radius] = -1
         spots = self._refine(image, corners, background_dn)
-        rows = [row for row, good in enumerate(spots.good) if good]
-        return spots.pick(rows[: self._config.maximum_spots])
+        rows = [row for row, good in enumerate(spots.led_like) if good]
+        return spots.select(rows[: self._config.maximum_spots])
 
     def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
         """Return the centroids of patches around peaks, with the tests of their shape.

@@ -159,7 +159,7 @@ class HeadTracker:
         self._search = HeadSearch(config)
         self._last_azimuth_rad: float | None = None
 
-    def search_anew(self) -> None:
+    def restart_search(self) -> None:
         """Let the next search begin at its beginning."""
         self._search.reset()
 
@@ -190,7 +190,9 @@ class HeadTracker:
             hold: LEDs to centre, whether or not others would fit better; empty for the best set.
         """
         self._search.reset()
-        azimuth, tilt = self._centred(offsets_m, hold) if hold else self.aim_at(offsets_m, lens)
+        azimuth, tilt = (
+            self._centred(offsets_m, hold) if hold else self.centre_leds(offsets_m, lens)
+        )
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -204,7 +206,7 @@ class HeadTracker:
             tilt_rad=self._config.clip_tilt(tilt - biases_rad[1]),
         )
 
-    def aim_at(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
+    def centre_leds(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
         """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all.
 
         Args:
@@ -212,7 +214,7 @@ class HeadTracker:
             lens: The lens.
         """
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
-        fx, fy, cx, cy = lens.numbers
+        fx, fy, cx, cy = lens.intrinsics
         margin = self._config.view_margin_px
         half_u, half_v = (cx - margin) / fx, (cy - margin) / fy
         best: tuple[float, float] | None = None

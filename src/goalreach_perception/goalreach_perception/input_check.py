@@ -66,7 +66,7 @@ def input_fault(
     return _image_fault(image, camera) or _motion_fault(joints, odometry)
 
 
-class FrozenCamera:
+class FrozenImageDetector:
     """Notices a camera that sends one image again and again while its robot moves."""
 
     def __init__(self) -> None:

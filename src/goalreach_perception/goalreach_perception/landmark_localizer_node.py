@@ -37,7 +37,7 @@ from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
 from goalreach_perception.ros.image_markers import image_markers
-from goalreach_perception.sensor_watch import SensorWatch
+from goalreach_perception.sensor_monitor import SensorMonitor
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
@@ -106,7 +106,7 @@ class LandmarkLocalizerNode(Node):
             line = f'refused: {output.reason}'
             self.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
             return
-        for line in self._watch.look(
+        for line in self._monitor.check(
             time_ns=stamp_ns,
             image=image,
             camera=camera,
@@ -121,7 +121,7 @@ class LandmarkLocalizerNode(Node):
 
     def _on_config(self, config: LocalizerConfig) -> None:
         self._localizer = LandmarkLocalizer(config)
-        self._watch = SensorWatch(config)
+        self._monitor = SensorMonitor(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
         self._reply.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.detection import Image, SpotDetector, Spots
 from goalreach_perception.measurement_model import Optics
+from goalreach_perception.measurement_prediction import Prediction, innovation_distance2
 from goalreach_perception.pose_filter import PoseFilter
-from goalreach_perception.prediction import Prediction, innovation_distance2
 
 _WINDOW_SIGMAS = 4.0
 _LARGEST_HALF_PX = 80
@@ -25,7 +25,7 @@ _MERGED_PX = 4.0
 """Two LEDs found nearer together than this are one spot, and of neither. Chosen."""
 
 
-class SeenLeds(NamedTuple):
+class MatchedLeds(NamedTuple):
     """The LEDs found in one image.
 
     Attributes:
@@ -45,18 +45,18 @@ class SeenLeds(NamedTuple):
         """Which LEDs, where, and how sure: what the filter takes."""
         return self.leds, self.pixels_px, self.spots.sigmas_px
 
-    def named(self, rows: list[int], leds: NDArray[np.intp]) -> SeenLeds:
+    def matched(self, rows: list[int], leds: NDArray[np.intp]) -> MatchedLeds:
         """Return some of the lights under the names of LEDs."""
-        return SeenLeds(leds, self.spots.pick(rows), self.pixels_px[rows], len(rows))
+        return MatchedLeds(leds, self.spots.select(rows), self.pixels_px[rows], len(rows))
 
-    def pick(self, rows: list[int]) -> SeenLeds:
+    def select(self, rows: list[int]) -> MatchedLeds:
         """Return some of them."""
-        return SeenLeds(
-            self.leds[rows], self.spots.pick(rows), self.pixels_px[rows], self.expected
+        return MatchedLeds(
+            self.leds[rows], self.spots.select(rows), self.pixels_px[rows], self.expected
         )
 
 
-def correct_by(state: PoseFilter, prediction: Prediction, seen: SeenLeds) -> SeenLeds | None:
+def correct_by(state: PoseFilter, prediction: Prediction, seen: MatchedLeds) -> MatchedLeds | None:
     """Correct a filter by the LEDs of an image, or by all but one where only those fit together.
 
     Args:
@@ -74,7 +74,7 @@ def correct_by(state: PoseFilter, prediction: Prediction, seen: SeenLeds) -> See
         return seen
     if count <= 2:  # noqa: PLR2004 - of two one cannot tell which is wrong
         return None
-    parts = [seen.pick([row for row in range(count) if row != out]) for out in range(count)]
+    parts = [seen.select([row for row in range(count) if row != out]) for out in range(count)]
     best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
     return best if state.correct(prediction, *best.measured) <= state.joint_gate else None
 
@@ -87,7 +87,7 @@ def find_predicted(
     optics: Optics,
     gate: float,
     window_half_px: int,
-) -> SeenLeds:
+) -> MatchedLeds:
     """Return the LEDs that are where the filter expects them.
 
     Where the brightest light of a window is not the LED, the second brightest is looked at.
@@ -102,9 +102,9 @@ def find_predicted(
     """
     leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
     spots = detector.in_windows(image, centres, halves)
-    pixels = optics.to_ideal(spots.pixels_px)
+    pixels = optics.undistort(spots.pixels_px)
     near = _near(prediction, leds, spots, pixels, gate)
-    rows = [row for row in range(len(leds)) if spots.lit[row] and row not in near]
+    rows = [row for row in range(len(leds)) if spots.bright[row] and row not in near]
     if rows:
         others = detector.in_windows(
             image,
@@ -112,15 +112,15 @@ def find_predicted(
             [halves[row] for row in rows],
             skip_px=spots.pixels_px[rows].tolist(),
         )
-        spots = spots.followed_by(others)
-        pixels = optics.to_ideal(spots.pixels_px)
+        spots = spots.concatenated(others)
+        pixels = optics.undistort(spots.pixels_px)
         leds += [leds[row] for row in rows]
         near = _near(prediction, leds, spots, pixels, gate)
     near = _apart(near, pixels)
     if len(near) == len(leds):
-        return SeenLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
+        return MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
     named = np.array([leds[row] for row in near], dtype=np.intp)
-    return SeenLeds(named, spots.pick(near), pixels[near], expected)
+    return MatchedLeds(named, spots.select(near), pixels[near], expected)
 
 
 def _windows(
@@ -129,7 +129,7 @@ def _windows(
     """Return the LEDs that may be in the image, their windows, and how many must be in it."""
     height, width = shape
     variances = prediction.covariance.diagonal().tolist()
-    pixels = optics.to_raw(prediction.pixels_px).tolist()
+    pixels = optics.distort(prediction.pixels_px).tolist()
     depths = prediction.depth_m
     leds: list[int] = []
     halves: list[int] = []
@@ -156,7 +156,7 @@ def _near(
     covariance, expected = prediction.covariance.tolist(), prediction.pixels_px.tolist()
     pixels, sigmas = pixels_px.tolist(), spots.sigmas_px.tolist()
     rows: list[int] = []
-    for row, (led, good) in enumerate(zip(leds, spots.good, strict=True)):
+    for row, (led, good) in enumerate(zip(leds, spots.led_like, strict=True)):
         if not good:
             continue
         along, down = covariance[2 * led], covariance[2 * led + 1]

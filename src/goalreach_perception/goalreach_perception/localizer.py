@@ -14,18 +14,18 @@ from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.association import Fix
 from goalreach_perception.detection import Image, SpotDetector
 from goalreach_perception.head_tracker import HeadTracker
-from goalreach_perception.input_check import FrozenCamera, input_fault, odometry_jump
-from goalreach_perception.landmark_tracking import SeenLeds, correct_by, find_predicted
+from goalreach_perception.input_check import FrozenImageDetector, input_fault, odometry_jump
+from goalreach_perception.landmark_tracking import MatchedLeds, correct_by, find_predicted
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import (
     LocalizerCounters,
     LocalizerOutput,
-    anywhere,
     observations,
+    uniform_estimate,
 )
 from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS, Optics
 from goalreach_perception.pose_filter import PoseFilter
-from goalreach_perception.pose_watch import Mode, PoseWatch
+from goalreach_perception.pose_monitor import Mode, PoseMonitor
 
 _START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
 """Given to a pose before the image it was solved from corrects it: next to no knowledge."""
@@ -55,19 +55,19 @@ class LandmarkLocalizer:
             calibrate=config.calibrate,
         )
         self._head = HeadTracker(config.head)
-        self._watch = PoseWatch(config.watch)
+        self._monitor = PoseMonitor(config.watch)
         self._acquisition = Acquisition(config, self._filter)
         self._counts = dict.fromkeys(LocalizerCounters._fields, 0)
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
-        self._frozen = FrozenCamera()
+        self._frozen = FrozenImageDetector()
         self._jumped = functools.partial(
             odometry_jump,
             speed_m_per_s=config.robot_speed_m_per_s,
             turn_rad_per_s=config.robot_turn_rad_per_s,
         )
-        self._anywhere = anywhere(config.arena_width_m, config.arena_length_m)
+        self._anywhere = uniform_estimate(config.arena_width_m, config.arena_length_m)
 
     @property
     def filter(self) -> PoseFilter:
@@ -105,9 +105,9 @@ class LandmarkLocalizer:
             self._optics = Optics(camera)
         self._counts['frames'] += 1
         self._move(time_ns, odometry)
-        tracking = self._watch.mode is not Mode.SEARCHING
+        tracking = self._monitor.mode is not Mode.SEARCHING
         seen = self._follow(image, joints, self._optics) if tracking else None
-        if self._watch.open_to_another:
+        if self._monitor.may_reacquire:
             seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
         self._output = self._answer(seen, joints, self._optics)
         return self._output
@@ -132,17 +132,17 @@ class LandmarkLocalizer:
             dt_s = (time_ns - before_ns) * 1e-9
             if self._jumped(before, now, dt_s):
                 self._acquisition.clear()
-                self._head.search_anew()
-                self._counts['lost'] += self._watch.mode is not Mode.SEARCHING
-                self._watch.lose('odometry jumped')
-            elif self._watch.mode is not Mode.SEARCHING:
-                self._filter.forget(dt_s)
+                self._head.restart_search()
+                self._counts['lost'] += self._monitor.mode is not Mode.SEARCHING
+                self._monitor.lose('odometry jumped')
+            elif self._monitor.mode is not Mode.SEARCHING:
+                self._filter.fade(dt_s)
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
 
-    def _follow(self, image: Image, joints: HeadAngles, optics: Optics) -> SeenLeds:
+    def _follow(self, image: Image, joints: HeadAngles, optics: Optics) -> MatchedLeds:
         """Correct the filter by the LEDs that are where they should be."""
-        prediction = self._filter.expect(optics.lens, joints)
+        prediction = self._filter.predict_leds(optics.lens, joints)
         seen = find_predicted(
             image,
             prediction,
@@ -154,74 +154,74 @@ class LandmarkLocalizer:
         used = correct_by(self._filter, prediction, seen)
         self._counts['corrections'] += used is not None
         self._counts['gated'] += used is None and len(seen.leds) > 0
-        believed = self._watch.mode is not Mode.CONFIRMING
-        self._watch.judge(0 if used is None else len(used.leds), seen.expected)
-        if self._watch.mode is Mode.SEARCHING:
+        believed = self._monitor.mode is not Mode.CONFIRMING
+        self._monitor.update(0 if used is None else len(used.leds), seen.expected)
+        if self._monitor.mode is Mode.SEARCHING:
             self._counts['lost'] += 1
-            self._filter.forget(math.inf)
+            self._filter.fade(math.inf)
             if believed:
                 self._acquisition.clear()
         elif used is not None and len(used.leds) >= _TRIPLE:
             self._check(used, joints, optics)
         return seen if used is None else used
 
-    def _check(self, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
+    def _check(self, seen: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
         """Compare the filter with what the image alone says; believe the image if need be.
 
         A pose from two LEDs or a panorama was too rough for a filter that linearizes, which would
         stay too sure of it: three begin it again.
         """
-        due = self._filter.rough or self._watch.check_due()
+        due = self._filter.coarse or self._monitor.check_due()
         if not due or (fix := self._acquisition.from_image(seen, joints, optics)) is None:
             return
-        if self._filter.rough:
-            self._filter.recall()
+        if self._filter.coarse:
+            self._filter.restore()
             self._restart(fix, seen, joints, optics)
             return
         distance2 = self._acquisition.distance2(fix, joints)
         self._counts['contradicted'] += distance2 > self._config.watch.check_gate
-        if self._watch.checked(distance2):
+        if self._monitor.add_check(distance2):
             self._counts['lost'] += 1
             self._restart(fix, seen, joints, optics)
 
     def _acquire(
         self, image: Image, joints: HeadAngles, odometry: Pose2, optics: Optics
-    ) -> SeenLeds | None:
+    ) -> MatchedLeds | None:
         """Start the filter anew where this image, or the last ones together, tell the pose."""
         spots = self._detector.in_frame(image)
-        lights = SeenLeds(_UNNAMED, spots, optics.to_ideal(spots.pixels_px), 0)
+        lights = MatchedLeds(_UNNAMED, spots, optics.undistort(spots.pixels_px), 0)
         fix = self._acquisition.from_image(lights, joints, optics)
-        if self._watch.mode is Mode.DOUBTFUL:
+        if self._monitor.mode is Mode.DOUBTFUL:
             if fix is None or len(fix.leds) < _TRIPLE:
                 return None
         elif fix is None:
             if around := self._acquisition.from_panorama(lights, joints, odometry, optics):
                 self._start(*around, leds=None)
             return None
-        seen = lights.named(fix.spots.tolist(), fix.leds)
+        seen = lights.matched(fix.spots.tolist(), fix.leds)
         self._restart(fix, seen, joints, optics)
         return seen
 
     def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
         """Start the filter at a pose."""
-        rough = leds is None or len(leds) < _TRIPLE
-        self._filter.start(pose, covariance, rough=rough)
+        coarse = leds is None or len(leds) < _TRIPLE
+        self._filter.start(pose, covariance, coarse=coarse)
         self._counts['acquired'] += 1
-        self._watch.start(leds)
+        self._monitor.start(leds)
 
-    def _restart(self, fix: Fix, seen: SeenLeds, joints: HeadAngles, optics: Optics) -> None:
+    def _restart(self, fix: Fix, seen: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image the fix came from."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
         self._start(pose, _START_COVARIANCE, leds=seen.leds.tolist())
-        prediction = self._filter.expect(optics.lens, joints, solved=True)
+        prediction = self._filter.predict_leds(optics.lens, joints, solved=True)
         self._filter.correct(prediction, *seen.measured)
 
     def _answer(
-        self, seen: SeenLeds | None, joints: HeadAngles, optics: Optics
+        self, seen: MatchedLeds | None, joints: HeadAngles, optics: Optics
     ) -> LocalizerOutput:
         """Compose the output."""
-        state, mode = self._filter, self._watch.mode
+        state, mode = self._filter, self._monitor.mode
         estimate = self._anywhere
         if mode is Mode.TRACKING:
             estimate = PoseEstimate(pose=state.pose, covariance=state.pose_covariance)
@@ -234,13 +234,13 @@ class LandmarkLocalizer:
                 offsets_m=state.led_offsets_m,
                 biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
                 lens=optics.lens,
-                hold=self._watch.to_see,
+                hold=self._monitor.unconfirmed_leds,
             )
         return LocalizerOutput(
             estimate=estimate,
             landmarks=observations(seen, len(state.leds_m)),
             head_command=command,
             mode=mode.value,
-            reason=self._watch.reason,
+            reason=self._monitor.reason,
             counters=LocalizerCounters(**self._counts),
         )

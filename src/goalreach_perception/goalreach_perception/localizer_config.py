@@ -16,7 +16,7 @@ from goalreach_perception.association import AssociationConfig
 from goalreach_perception.detection import DetectionConfig
 from goalreach_perception.head_tracker import HeadConfig
 from goalreach_perception.pose_filter import FilterConfig
-from goalreach_perception.pose_watch import WatchConfig
+from goalreach_perception.pose_monitor import PoseMonitorConfig
 
 _LEAST_COORDINATES = 9
 
@@ -58,7 +58,7 @@ class LocalizerConfig:
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
-    watch: WatchConfig = field(default_factory=WatchConfig)
+    watch: PoseMonitorConfig = field(default_factory=PoseMonitorConfig)
     head: HeadConfig = field(default_factory=HeadConfig)
 
     def __post_init__(self) -> None:

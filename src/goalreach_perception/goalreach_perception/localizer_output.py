@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
-from goalreach_perception.landmark_tracking import SeenLeds
+from goalreach_perception.landmark_tracking import MatchedLeds
 
 
 class LocalizerCounters(NamedTuple):
@@ -60,7 +60,7 @@ class LocalizerOutput(NamedTuple):
         return {'mode': self.mode, 'reason': self.reason, **self.counters._asdict()}
 
 
-def anywhere(width_m: float, length_m: float) -> PoseEstimate:
+def uniform_estimate(width_m: float, length_m: float) -> PoseEstimate:
     """Return the pose of a robot that may be anywhere in an arena, with any heading.
 
     Args:
@@ -72,7 +72,9 @@ def anywhere(width_m: float, length_m: float) -> PoseEstimate:
     return PoseEstimate(pose=middle, covariance=np.diag(variances))
 
 
-def observations(seen: SeenLeds | None, led_count: int) -> tuple[LandmarkObservation | None, ...]:
+def observations(
+    seen: MatchedLeds | None, led_count: int
+) -> tuple[LandmarkObservation | None, ...]:
     """Return where each LED was seen, None where it was not.
 
     Args:

@@ -62,7 +62,7 @@ class Lens:
         )
 
     @functools.cached_property
-    def numbers(self) -> tuple[float, float, float, float]:
+    def intrinsics(self) -> tuple[float, float, float, float]:
         """Focal lengths and principal point: fx, fy, cx, cy."""
         (fx, fy), (cx, cy) = self.focal_px.tolist(), self.centre_px.tolist()
         return fx, fy, cx, cy
@@ -182,7 +182,7 @@ class Optics:
         self.lens = Lens.of_camera(camera)
         self._distorted = any(camera.distortion)
 
-    def to_ideal(self, pixels_px: FloatArray) -> FloatArray:
+    def undistort(self, pixels_px: FloatArray) -> FloatArray:
         """Return the (n, 2) pixels an ideal lens would have shown."""
         if not self._distorted or len(pixels_px) == 0:
             return pixels_px
@@ -194,7 +194,7 @@ class Optics:
         ideal = cv2.undistortPoints(points, matrix, coefficients, P=matrix)
         return ideal.reshape(-1, 2).astype(np.float64)
 
-    def to_raw(self, pixels_px: FloatArray) -> FloatArray:
+    def distort(self, pixels_px: FloatArray) -> FloatArray:
         """Return the (n, 2) pixels at which this lens shows ideal ones."""
         if not self._distorted:
             return pixels_px

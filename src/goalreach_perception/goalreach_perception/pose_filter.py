@@ -1,25 +1,25 @@
-"""The extended Kalman filter over pose, biases and everything surveyed or measured beforehand.
+"""The extended Kalman filter over pose, biases and surveyed constants.
 
-Odometry predicts, the pixels of all LEDs of an image correct at once: pan and tilt are read once
-per image, so their noise is common to its LEDs. The state vector is that of
+Odometry predicts; the pixels of all LEDs of an image correct in one update, since pan and tilt are
+read once per image and their noise is common to its LEDs. The state vector is that of
 `measurement_model`. With `calibrate` the surveyed constants (LEDs, camera height, focal length)
 are estimated; without it they are considered (Schmidt, "Application of state-space methods to
-navigation problems", 1966): never corrected, but their uncertainty and its correlation with the
-pose are kept, so the covariance is honest in both cases.
+navigation problems", 1966): never corrected, but with their uncertainty and its correlation with
+the pose, so the covariance is consistent in both cases.
 
-Robot and LEDs turned together, or all of it a little larger, look the same, so no image may make
-the filter surer of that. Derivatives taken at ever new estimates do (Huang, Mourikis and
-Roumeliotis, "Analysis and improvement of the consistency of extended Kalman filter based SLAM",
-ICRA 2008). Here, as they propose, those by the heading keep to the first estimates: LEDs as
-surveyed, positions as predicted; and what those lack for a change of size to move no pixel is
-laid to the scale of the odometry, which grows with the rest. The others are taken at the best
-estimates: near an LED, those of the survey would be wrong by more than a spot is.
+A rotation of robot and LEDs together, and a change of their common scale, are unobservable.
+Derivatives taken at each new estimate let the filter gain information about them all the same
+(Huang, Mourikis and Roumeliotis, "Analysis and improvement of the consistency of extended Kalman
+filter based SLAM", ICRA 2008). As they propose, the derivatives by the heading are taken at the
+first estimates: LEDs as surveyed, positions as predicted. The remainder that keeps the scale
+unobservable goes to the column of the odometry scale, which changes with it. All other derivatives
+are taken at the best estimates: near an LED, those at the survey would be wrong by more than the
+size of a spot.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-import math
 
 import cv2
 import numpy as np
@@ -30,49 +30,16 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import check_fields, parameter
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
-from goalreach_perception.prediction import (
-    OdometryMotion,
+from goalreach_perception.measurement_prediction import (
     Prediction,
+    View,
     add_to_diagonal,
-    innovate,
-    left_out_px2,
+    compute_innovation,
+    offsets_from,
+    predict_leds,
+    second_order_variances_px2,
 )
-from goalreach_perception.tracking_model import View, expect_leds, offsets_from
-
-
-class FadingMemory:
-    """Takes constants as Ornstein-Uhlenbeck processes around their prior, with a long memory.
-
-    With a = exp(-dt / memory), the mean m becomes m0 + a (m - m0) and the covariance P becomes
-    a^2 P + (1 - a^2) P0. So small errors that repeat from image to image do not add up to false
-    certainty, and nothing drifts away for ever.
-
-    Args:
-        mean: (n,) prior mean.
-        sigmas: (n,) prior standard deviations.
-        fading: (n,) which states fade.
-        memory_s: Time constant.
-    """
-
-    def __init__(
-        self, mean: FloatArray, sigmas: FloatArray, fading: NDArray[np.bool_], memory_s: float
-    ) -> None:
-        self._mean = mean.copy()
-        self._variance = sigmas**2
-        self._fading = fading
-        self._memory_s = memory_s
-        self._factors: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
-
-    def fade(
-        self, mean: FloatArray, covariance: FloatArray, dt_s: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return mean and covariance after some time; infinite to forget all."""
-        if self._factors is None or self._factors[0] != dt_s:
-            keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
-            back = np.diag((1.0 - keep * keep) * self._variance)
-            self._factors = (dt_s, keep, np.outer(keep, keep), back)
-        _, keep, keep_both, back = self._factors
-        return self._mean + keep * (mean - self._mean), keep_both * covariance + back
+from goalreach_perception.process_model import FadingMemory, OdometryModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,8 +62,8 @@ class FilterConfig:
     )
     memory_s: float = parameter(
         1e5,
-        'How long biases and calibration are remembered, s (time constant; chosen: about a day; '
-        'then small errors that repeat from image to image do not add up to false certainty)',
+        'Time constant with which biases and calibration return to their prior, s (chosen: about '
+        'a day; small errors that repeat from image to image then do not cause false certainty)',
         minimum=1.0,
         maximum=1e9,
     )
@@ -112,10 +79,10 @@ class FilterConfig:
         check_fields(self)
 
 
-_ROUGHNESS = 1.7
-"""Factor on the covariance of a pose after a rough start. Chosen: 1.3 on its sigmas."""
+_COARSE_INFLATION = 1.7
+"""Factor on the covariance of a pose after a coarse start: 1.3 on its sigmas. Chosen."""
 _FADING_STEP_S = 1.0
-"""Memory of a day or more fades in steps this long: a 1e-5 of it. Chosen."""
+"""Interval of the fading of constants: 1e-5 of a memory of a day. Chosen."""
 
 
 class PoseFilter:
@@ -123,17 +90,17 @@ class PoseFilter:
 
     Args:
         config: Process noise.
-        noise: The errors to expect.
-        leds_m: (n, 3) surveyed places of the LEDs in `map`.
+        noise: Expected errors.
+        leds_m: (n, 3) surveyed positions of the LEDs in `map`.
         camera_height_m: Nominal height of the optical centre.
-        calibrate: Whether the surveyed constants are estimated too.
+        calibrate: Whether to estimate the surveyed constants too.
 
     Attributes:
         mean: The state vector.
         covariance: Its covariance.
-        accepted: Squared distance and degrees of freedom of the last pixels that corrected it:
-            its normalized innovation squared, for studies of consistency.
-        rough: Whether the last pose it started from was.
+        last_innovation: Normalized innovation squared of the last correction, and its degrees of
+            freedom; for studies of consistency.
+        coarse: Whether the pose was initialized from too little for a linear filter.
     """
 
     def __init__(
@@ -150,7 +117,7 @@ class PoseFilter:
         self._calibrate = calibrate
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
         size = LEDS + leds_m.size
-        self._motion = OdometryMotion(size)
+        self._motion = OdometryModel(size)
         self.mean: FloatArray = np.zeros(size)
         self.mean[LEDS:] = leds_m.reshape(-1)
         sigmas = prior_sigmas(noise, len(leds_m))
@@ -162,12 +129,12 @@ class PoseFilter:
         self._unfaded_s = 0.0
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
-        self.accepted = (0.0, 0)
-        self.rough = False
+        self.last_innovation = (0.0, 0)
+        self.coarse = False
 
     @property
     def joint_gate(self) -> float:
-        """Largest squared distance at which an image corrects the state."""
+        """Largest normalized innovation squared at which an image corrects the state."""
         return self._config.joint_gate
 
     @property
@@ -178,22 +145,22 @@ class PoseFilter:
 
     @property
     def pose_covariance(self) -> FloatArray:
-        """The covariance of x, y, heading, (3, 3); wider than it would be after a rough start."""
-        return (_ROUGHNESS if self.rough else 1.0) * self.covariance[:3, :3]
+        """The covariance of x, y, heading, (3, 3), inflated after a coarse start."""
+        return (_COARSE_INFLATION if self.coarse else 1.0) * self.covariance[:3, :3]
 
     @property
     def leds_m(self) -> FloatArray:
-        """The believed places of the LEDs, (n, 3)."""
+        """The estimated positions of the LEDs, (n, 3)."""
         return self.mean[LEDS:].reshape(-1, 3)
 
     @property
     def camera_height_m(self) -> float:
-        """The believed height of the optical centre."""
+        """The estimated height of the optical centre."""
         return self._camera_height_m + float(self.mean[HEIGHT])
 
     @property
     def led_offsets_m(self) -> list[tuple[float, float, float]]:
-        """The believed LEDs minus the believed optical centre, n times x, y, z."""
+        """The estimated LEDs minus the estimated optical centre, n times x, y, z."""
         state = self.mean.tolist()
         return offsets_from(
             state[LEDS:], state[0], state[1], self._camera_height_m + state[HEIGHT]
@@ -201,34 +168,35 @@ class PoseFilter:
 
     @property
     def focal_error(self) -> float:
-        """The believed relative error of the focal length."""
+        """The estimated relative error of the focal length."""
         return float(self.mean[FOCAL])
 
-    def start(self, pose: Pose2, covariance: FloatArray, *, rough: bool = False) -> None:
-        """Take a new pose; what is known of everything else stays.
+    def start(self, pose: Pose2, covariance: FloatArray, *, coarse: bool = False) -> None:
+        """Initialize the pose; the estimates of all constants stay.
 
         Args:
             pose: The pose.
-            covariance: (3, 3) of x, y, heading; taken as independent of everything else.
-            rough: Whether a linear filter leaves much out of it: from two LEDs, several images.
+            covariance: (3, 3) of x, y, heading; independent of all other states.
+            coarse: Whether the pose is too uncertain to linearize about: it comes from two LEDs or
+                from several images.
         """
-        self.rough = rough
+        self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
-        self._motion.begin_at(pose.x_m, pose.y_m)
+        self._motion.restart(pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = covariance
 
-    def recall(self) -> None:
-        """Go back to what was known before the last start, which is to be made anew."""
+    def restore(self) -> None:
+        """Restore the state from before the last start, to start again from a better pose."""
         self.mean, self.covariance = self._before
 
-    def forget(self, dt_s: float) -> None:
-        """Let what was learnt about constants fade; see `FadingMemory`.
+    def fade(self, dt_s: float) -> None:
+        """Let the estimates of constants fade towards their prior; see `FadingMemory`.
 
         Args:
-            dt_s: Time since the last image; infinite to forget all.
+            dt_s: Time since the last image; infinite to restore the prior.
         """
         self._unfaded_s += dt_s
         if self._unfaded_s >= _FADING_STEP_S:
@@ -238,46 +206,47 @@ class PoseFilter:
             self._unfaded_s = 0.0
 
     def predict(self, before: Pose2, after: Pose2) -> None:
-        """Move by what the odometry moved.
+        """Predict the pose by the motion of the odometry.
 
         Args:
             before: Odometry pose at the last image.
             after: Odometry pose now, in the same frame.
         """
-        distance = self._motion.move(self.mean, before, after)
-        covariance = self._motion.carry(self.covariance)
+        distance = self._motion.propagate_mean(self.mean, before, after)
+        covariance = self._motion.propagate_covariance(self.covariance)
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         covariance[0, 0] += position_var
         covariance[1, 1] += position_var
         covariance[2, 2] += self._config.heading_walk_rad_per_sqrt_m**2 * distance
         self.covariance = covariance
 
-    def expect(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
-        """Return where the LEDs should be.
+    def predict_leds(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
+        """Predict the pixels of the LEDs.
 
         Args:
             lens: The nominal lens.
             joints: Encoder readings of the head.
-            solved: Whether the pose was just solved for this very image.
+            solved: Whether the pose is a solution of this image, so that linearization about it
+                is exact enough.
         """
         x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-        expected = expect_leds(self.led_offsets_m, view, first_m)
-        jacobian, depth_m = expected.by_state, expected.depth_m
+        predicted = predict_leds(self.led_offsets_m, view, first_m)
+        jacobian, depth_m = predicted.by_state, predicted.depth_m
         cross = self.covariance.dot(jacobian.T)
-        encoders = expected.by_head * self._encoder_sigma_rad
+        encoders = predicted.by_head * self._encoder_sigma_rad
         noise = encoders.dot(encoders.T)
         if not solved:
             variances = self.covariance.diagonal().tolist()
             spread_m2 = variances[0] + variances[1], variances[HEIGHT]
-            left_out = left_out_px2(
-                depth_m, lens.numbers[0], spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
+            neglected = second_order_variances_px2(
+                depth_m, lens.intrinsics[0], spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
             )
-            add_to_diagonal(noise, left_out)
+            add_to_diagonal(noise, neglected)
         covariance = jacobian.dot(cross) + noise
-        return Prediction(expected.pixels_px, depth_m, jacobian, cross, noise, covariance)
+        return Prediction(predicted.pixels_px, depth_m, jacobian, cross, noise, covariance)
 
     def correct(
         self,
@@ -286,23 +255,23 @@ class PoseFilter:
         pixels_px: FloatArray,
         sigmas_px: FloatArray,
     ) -> float:
-        """Correct the state by the LEDs of one image, if they fit together.
+        """Correct the state by the LEDs of one image, if they pass the joint gate.
 
         Args:
-            prediction: What `expect` returned for this image.
-            leds: (k,) which LEDs are seen, at least one.
-            pixels_px: (k, 2) where.
-            sigmas_px: (k,) how sure, per axis.
+            prediction: Result of `predict_leds` for this image.
+            leds: (k,) indices of the measured LEDs, at least one.
+            pixels_px: (k, 2) their ideal pixels.
+            sigmas_px: (k,) standard deviation per axis.
 
         Returns:
-            The squared distance of the pixels from their prediction, 2 k degrees of freedom; the
-            state is unchanged where it is above the joint gate.
+            The normalized innovation squared, 2 k degrees of freedom; the state is unchanged if
+            it is above the joint gate.
         """
-        part = prediction.of_leds(leds)
-        innovation, spots, inverse, distance2 = innovate(part, pixels_px, sigmas_px)
+        part = prediction.select(leds)
+        innovation, spots, inverse, distance2 = compute_innovation(part, pixels_px, sigmas_px)
         if not distance2 <= self._config.joint_gate:
             return distance2
-        self.accepted = (distance2, len(spots))
+        self.last_innovation = (distance2, len(spots))
         gain = part.cross.dot(inverse)
         if not self._calibrate:
             gain[HEIGHT:] = 0.0

@@ -25,7 +25,7 @@ class Mode(enum.Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WatchConfig:
+class PoseMonitorConfig:
     """How much contradiction a pose survives."""
 
     lost_after_frames: int = parameter(
@@ -74,7 +74,7 @@ class WatchConfig:
         check_fields(self)
 
 
-class PoseWatch:
+class PoseMonitor:
     """Keeps the mode: a state machine without any geometry.
 
     Args:
@@ -85,7 +85,7 @@ class PoseWatch:
         reason: Why it is not TRACKING, or an empty text.
     """
 
-    def __init__(self, config: WatchConfig) -> None:
+    def __init__(self, config: PoseMonitorConfig) -> None:
         self._config = config
         self.mode = Mode.SEARCHING
         self.reason = 'no fix yet'
@@ -97,12 +97,12 @@ class PoseWatch:
         self._firm = False
 
     @property
-    def to_see(self) -> tuple[int, ...]:
+    def unconfirmed_leds(self) -> tuple[int, ...]:
         """The LEDs that must be seen again for a new pose to be believed; else empty."""
         return self._leds if self.mode is Mode.CONFIRMING else ()
 
     @property
-    def open_to_another(self) -> bool:
+    def may_reacquire(self) -> bool:
         """Whether a pose that fits the image may take the place of this one, if there is one.
 
         One image against a pose is not enough: an encoder's reading may be far off for once.
@@ -134,7 +134,7 @@ class PoseWatch:
         """Give the pose up."""
         self.mode, self.reason = Mode.SEARCHING, reason
 
-    def judge(self, used: int, expected: int) -> None:
+    def update(self, used: int, expected: int) -> None:
         """Take note of one image that was compared with the pose.
 
         An image speaks against the pose where none, or two fewer than expected, of the LEDs are
@@ -181,7 +181,7 @@ class PoseWatch:
         self._checked += 1
         return self._checked % self._config.check_every_frames == 0 or self._contradictions > 0
 
-    def checked(self, distance2: float) -> bool:
+    def add_check(self, distance2: float) -> bool:
         """Take note of a check; return whether the pose of the image is the one to believe.
 
         Args:

@@ -19,7 +19,7 @@ from goalreach_perception.measurement_model import (
     project,
     state_jacobian,
 )
-from goalreach_perception.tracking_model import View, expect_leds, offsets_from
+from goalreach_perception.measurement_prediction import View, offsets_from, predict_leds
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 LEDS_M = Arena().landmark_array_m
@@ -46,7 +46,7 @@ def test_it_is_the_measurement_model(
     offsets = LEDS_M - np.array([x_m, y_m, 1.1])
     projection = project(offsets, optical_rotation(azimuth, tilt), LENS.scaled(focal))
     view = View(azimuth, tilt, LENS, focal)
-    expected = expect_leds(offsets.tolist(), view, offsets.tolist())
+    expected = predict_leds(offsets.tolist(), view, offsets.tolist())
     assert expected.depth_m == pytest.approx(projection.depth_m.tolist())
     assume(min(expected.depth_m) > 0.1)
     assert expected.pixels_px == pytest.approx(projection.pixels_px, abs=1e-6)
@@ -62,8 +62,8 @@ def test_only_turn_and_size_look_at_the_first_estimates() -> None:
     offsets = LEDS_M - np.array([1.5, 2.5, 1.1])
     first = offsets + np.array([0.01, -0.02, 0.03])
     view = View(-1.6, 0.2, LENS, 0.0)
-    now = expect_leds(offsets.tolist(), view, offsets.tolist())
-    later = expect_leds(offsets.tolist(), view, first.tolist())
+    now = predict_leds(offsets.tolist(), view, offsets.tolist())
+    later = predict_leds(offsets.tolist(), view, first.tolist())
     then = later.by_state
     turns = now.by_state - then
     assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS, SCALE]

@@ -41,7 +41,7 @@ _KIND_LENGTH = 12
 """Lines that begin alike are of one kind."""
 
 
-class SensorWatch:
+class SensorMonitor:
     """Compares lights and odometry with a pose that is tracked. It changes nothing.
 
     Args:
@@ -66,7 +66,7 @@ class SensorWatch:
         self._seen_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
 
-    def look(
+    def check(
         self,
         *,
         time_ns: int,

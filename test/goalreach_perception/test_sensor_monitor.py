@@ -6,7 +6,7 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
-from goalreach_perception.sensor_watch import SensorWatch
+from goalreach_perception.sensor_monitor import SensorMonitor
 
 POSE = Pose2(x_m=1.8, y_m=4.0, heading_rad=-np.pi / 2)
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=np.pi / 3)
@@ -15,7 +15,7 @@ AHEAD, ASIDE = 0.0, 1.5
 
 
 def told(
-    watch: SensorWatch,
+    monitor: SensorMonitor,
     images: int,
     *,
     seen: bool,
@@ -34,7 +34,7 @@ def told(
     )
     lines = []
     for _ in range(images):
-        lines += watch.look(
+        lines += monitor.check(
             time_ns=time_ns,
             image=np.zeros((480, 640), np.uint8),
             camera=CAMERA,
@@ -46,31 +46,31 @@ def told(
 
 
 def test_an_led_that_should_be_seen_and_is_not_is_told() -> None:
-    watch = SensorWatch(LocalizerConfig())
-    assert told(watch, 11, seen=False) == []
-    assert told(watch, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
+    monitor = SensorMonitor(LocalizerConfig())
+    assert told(monitor, 11, seen=False) == []
+    assert told(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
 
 
 def test_an_led_that_is_seen_again_is_not_told() -> None:
-    watch = SensorWatch(LocalizerConfig())
-    assert told(watch, 11, seen=False) + told(watch, 1, seen=True) == []
-    assert told(watch, 11, seen=False) == []
+    monitor = SensorMonitor(LocalizerConfig())
+    assert told(monitor, 11, seen=False) + told(monitor, 1, seen=True) == []
+    assert told(monitor, 11, seen=False) == []
 
 
 def test_a_dark_led_that_leaves_the_view_is_counted_on_when_it_is_back() -> None:
-    watch = SensorWatch(LocalizerConfig())
-    assert told(watch, 8, seen=False) == []
-    assert told(watch, 30, seen=False, pan_rad=ASIDE) == []
-    assert len(told(watch, 4, seen=False)) == 1
+    monitor = SensorMonitor(LocalizerConfig())
+    assert told(monitor, 8, seen=False) == []
+    assert told(monitor, 30, seen=False, pan_rad=ASIDE) == []
+    assert len(told(monitor, 4, seen=False)) == 1
 
 
 def test_what_goes_on_is_told_once_in_a_second_and_what_happens_again_each_time() -> None:
-    watch = SensorWatch(LocalizerConfig())
+    monitor = SensorMonitor(LocalizerConfig())
     here, there = POSE, Pose2(x_m=0.5, y_m=2.0, heading_rad=0.0)
     jump = ['odometry jumped by 2.39 m']
 
     def at(milliseconds: int, odometry: Pose2) -> list[str]:
-        return told(watch, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
+        return told(monitor, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
 
     assert at(0, here) == []
     assert at(40, there) == jump

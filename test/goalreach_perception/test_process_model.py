@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_perception.pose_filter import FadingMemory
+from goalreach_perception.process_model import FadingMemory
 
 MEMORY = FadingMemory(
     np.array([1.0, 5.0]), np.array([2.0, 0.0]), np.array([True, False]), memory_s=10.0

@@ -3,7 +3,7 @@
 import numpy as np
 
 from goalreach_msgs_py.values import HeadAngles, Pose2
-from goalreach_perception.input_check import FrozenCamera
+from goalreach_perception.input_check import FrozenImageDetector
 
 HEAD = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 LIT = np.random.default_rng(0).integers(0, 255, (48, 64), dtype=np.uint8)
@@ -15,7 +15,7 @@ def at(y_m: float) -> Pose2:
 
 
 def test_the_same_image_is_refused_once_the_robot_has_moved() -> None:
-    camera = FrozenCamera()
+    camera = FrozenImageDetector()
     assert not camera.fault(LIT, HEAD, at(2.0))
     assert not camera.fault(LIT.copy(), HEAD, at(2.001))
     assert 'the same as before' in camera.fault(LIT.copy(), HEAD, at(2.02))
@@ -23,13 +23,13 @@ def test_the_same_image_is_refused_once_the_robot_has_moved() -> None:
 
 
 def test_the_same_image_is_refused_once_the_head_has_turned() -> None:
-    camera = FrozenCamera()
+    camera = FrozenImageDetector()
     camera.fault(LIT, HEAD, at(2.0))
     turned = HeadAngles(turret_rad=0.0, pan_rad=0.02, tilt_rad=0.0)
     assert camera.fault(LIT.copy(), turned, at(2.0))
 
 
 def test_a_dark_image_without_noise_is_like_every_other() -> None:
-    camera = FrozenCamera()
+    camera = FrozenImageDetector()
     camera.fault(DARK, HEAD, at(2.0))
     assert not camera.fault(DARK.copy(), HEAD, at(3.0))

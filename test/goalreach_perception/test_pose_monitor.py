@@ -1,0 +1,166 @@
+from __future__ import annotations
+
+import pytest
+
+from goalreach_perception.pose_monitor import Mode, PoseMonitor, PoseMonitorConfig
+
+
+def tracking() -> PoseMonitor:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start(None)
+    return monitor
+
+
+def test_it_begins_searching() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    assert (monitor.mode, monitor.reason) == (Mode.SEARCHING, 'no fix yet')
+
+
+def test_one_led_missing_of_two_or_three_does_not_matter() -> None:
+    monitor = tracking()
+    for used, expected in [(3, 3), (2, 3), (1, 2), (1, 1), (0, 0), (3, 3), (0, 0)] * 20:
+        monitor.update(used, expected)
+        assert monitor.mode is Mode.TRACKING
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(1, 3), (0, 1)])
+def test_an_image_against_the_pose_is_not_believed_and_the_next_led_ends_the_doubt(
+    used: int, expected: int
+) -> None:
+    monitor = tracking()
+    monitor.update(used, expected)
+    assert (monitor.mode, monitor.reason) == (Mode.DOUBTFUL, 'expected LEDs are not seen')
+    monitor.update(1, 1)
+    assert (monitor.mode, monitor.reason) == (Mode.TRACKING, '')
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(2, 2), (2, 3), (3, 3)])
+def test_two_leds_missing_at_once_raise_doubt_and_two_seen_end_it(
+    used: int, expected: int
+) -> None:
+    monitor = tracking()
+    monitor.update(0, 2)
+    assert monitor.mode is Mode.DOUBTFUL
+    monitor.update(used, expected)
+    assert (monitor.mode, monitor.reason) == (Mode.TRACKING, '')
+
+
+def test_one_light_ends_no_doubt_and_five_of_them_the_pose() -> None:
+    # It may be another LED, in the place of the one that is looked for by chance.
+    monitor = tracking()
+    modes = []
+    for used in (0, 1, 1, 1, 1):
+        monitor.update(used, 1 if used else 2)
+        modes.append(monitor.mode)
+    assert modes == [Mode.DOUBTFUL] * 4 + [Mode.SEARCHING]
+
+
+def test_a_single_led_missing_three_times_raises_firm_doubt() -> None:
+    monitor = tracking()
+    modes = []
+    for used in (0, 0, 0, 1, 2):
+        monitor.update(used, max(1, used))
+        modes.append(monitor.mode)
+    assert modes == [Mode.DOUBTFUL] * 4 + [Mode.TRACKING]
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(0, 3), (1, 3), (0, 1)])
+def test_five_images_against_a_pose_end_it(used: int, expected: int) -> None:
+    monitor = tracking()
+    modes = []
+    for _ in range(5):
+        monitor.update(used, expected)
+        modes.append(monitor.mode is Mode.SEARCHING)
+    assert modes == [False] * 4 + [True]
+
+
+def test_without_any_led_a_pose_is_doubted_after_a_fifth_of_a_second_and_ended_after_three() -> (
+    None
+):
+    monitor = tracking()
+    modes = []
+    for _ in range(200):
+        monitor.update(0, 0)
+        modes.append(monitor.mode)
+    assert modes == [Mode.TRACKING] * 50 + [Mode.DOUBTFUL] * 149 + [Mode.SEARCHING]
+
+
+def test_a_pair_is_confirmed_by_three_images() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 2))
+    for used in (2, 1, 2):
+        monitor.update(used, 2)
+        assert monitor.mode is Mode.CONFIRMING
+    monitor.update(2, 2)
+    assert monitor.mode is Mode.TRACKING
+
+
+def test_three_lights_must_be_seen_once_more() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 1, 2))
+    modes = []
+    for used in (2, 2, 3):
+        monitor.update(used, 3)
+        modes.append(monitor.mode)
+    assert modes == [Mode.CONFIRMING, Mode.CONFIRMING, Mode.TRACKING]
+
+
+def test_two_of_three_lights_are_not_enough_for_ever() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 1, 2))
+    for _ in range(8):
+        monitor.update(2, 3)
+    assert monitor.mode is Mode.SEARCHING
+
+
+@pytest.mark.parametrize(('used', 'expected'), [(0, 2), (0, 0), (1, 3)])
+def test_a_pair_that_is_not_borne_out_is_dropped(used: int, expected: int) -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 2))
+    monitor.update(used, expected)
+    assert monitor.mode is Mode.SEARCHING
+
+
+def test_checks_are_due_every_second_and_at_once_after_a_contradiction() -> None:
+    monitor = tracking()
+    assert [monitor.check_due() for _ in range(50)].count(True) == 2
+    assert not monitor.add_check(100.0)
+    assert monitor.check_due()
+    assert monitor.add_check(100.0)
+
+
+def test_one_agreement_clears_a_contradiction() -> None:
+    monitor = tracking()
+    assert not monitor.add_check(100.0)
+    assert not monitor.add_check(1.0)
+    assert not monitor.add_check(100.0)
+
+
+def test_a_pair_is_not_confirmed_by_images_that_lack_an_expected_led() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 2))
+    for _ in range(7):
+        monitor.update(2, 3)
+        assert monitor.mode is Mode.CONFIRMING
+    monitor.update(2, 3)
+    assert (monitor.mode, monitor.reason) == (Mode.SEARCHING, 'a new pose was not confirmed')
+
+
+def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    monitor.start((0, 2))
+    assert monitor.unconfirmed_leds == (0, 2)
+    for _ in range(3):
+        monitor.update(2, 2)
+    assert not monitor.unconfirmed_leds
+
+
+def test_another_pose_is_looked_for_from_the_second_image_against_this_one_on() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig())
+    assert monitor.may_reacquire
+    monitor.start(None)
+    open_to = []
+    for used, expected in ((3, 3), (0, 3), (3, 3), (0, 3), (0, 3), (0, 3)):
+        monitor.update(used, expected)
+        open_to.append(monitor.may_reacquire)
+    assert open_to == [False, False, False, False, True, True]
