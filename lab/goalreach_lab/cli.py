@@ -31,8 +31,8 @@ SUITES: Final[Mapping[str, str]] = {
     'recording': 'speed.recording',
     'reproduction': 'reproduction.suite',
     'simulator': 'speed.simulator',
-    'soak': 'faults.soak_suite',
-    'starts': 'faults.starts_suite',
+    'soak': 'faults.soak',
+    'starts': 'faults.starts',
 }
 """Module of each suite.
 

@@ -1,4 +1,4 @@
-"""The kinds of fault: what is done, what should come of it, and by which words it is named."""
+"""The kinds of fault: what is done, the expected behaviour, and the words that report it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from goalreach_msgs_py.topics import (
 )
 
 _NO_LED = r'landmark_localizer.*(none of the expected LEDs|no LED was seen|LEDs are not where)'
-_RESTARTED: Final = 'restarted; the robot stands meanwhile and the path goes on'
-_WAITS: Final = 'the robot stands while it lasts, then drives on'
-_DRIVES_ON: Final = 'nothing but a word in the log'
+_RESTARTED: Final = 'the node is restarted; the robot stops meanwhile and continues its path'
+_WAITS: Final = 'the robot stops while it lasts, then drives on'
+_DRIVES_ON: Final = 'a warning in the log, nothing else'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,15 +32,15 @@ class FaultKind:
     """One kind of fault.
 
     Attributes:
-        name: What happens, in a few words.
-        act: Which way of the injector does it.
-        target: Node, topic or parameter that it is done to.
-        amount: How much: seconds, a share, or a number of the parameter.
-        duration_s: How long, seconds of the graph's clock; 0 where it is a moment.
-        expected: What should come of it.
+        name: A short description.
+        act: Method of the injector that does it.
+        target: Node, topic or parameter that it affects.
+        amount: Seconds, a share, or a value of the parameter.
+        duration_s: Duration, seconds of the graph's clock; 0 for an event.
+        expected: Expected behaviour of the stack.
         named: Regular expression of the words that report it.
-        ends_paths: Whether a path ends in it as a rule, by a bump or because it lasts so long: the
-            time to recover then counts all the same.
+        ends_paths: Whether a path usually ends in it, by a bump or because it lasts so long: the
+            recovery time counts nevertheless.
     """
 
     name: str
@@ -106,7 +106,7 @@ def _of_sensors() -> list[FaultKind]:
             act='dark',
             amount=1.0,
             duration_s=3.0,
-            expected='drives on by the others, or searches for them',
+            expected='drives on by the other LEDs, or searches',
             named=rf'{LOCALIZER}.*LED \d|{_NO_LED}',
         ),
         FaultKind(
@@ -126,7 +126,7 @@ def _of_sensors() -> list[FaultKind]:
             name='odometry frozen',
             act='parameter',
             target='faults.odometry_frozen',
-            expected='drives on by the LEDs, or stands until it is over',
+            expected='drives on by the LEDs, or stops while it lasts',
             named=rf'{LOCALIZER}.*odometry',
         ),
         FaultKind(
@@ -141,14 +141,14 @@ def _of_sensors() -> list[FaultKind]:
             name='carried by hand',
             act='carry',
             duration_s=0.0,
-            expected='the pose is given up at once, found again, and driven on',
+            expected='the pose is discarded at once and found again; drives on',
             named=rf'{LOCALIZER}.*(pose was given up|LEDs)',
         ),
         FaultKind(
             name='placed elsewhere',
             act='place',
             duration_s=0.0,
-            expected='the pose is given up at once, found again, and driven on',
+            expected='the pose is discarded at once and found again; drives on',
             named=rf'{LOCALIZER}.*odometry jumped',
         ),
     ]
@@ -161,7 +161,7 @@ def _of_surroundings() -> list[FaultKind]:
             name='disk full for the recorder',
             act='disk',
             duration_s=0.0,
-            expected='the recorder closes its bag and says so; the run goes on',
+            expected='the recorder closes its bag and reports it; the run continues',
             named='recording stopped',
             ends_paths=True,
         ),
@@ -169,14 +169,14 @@ def _of_surroundings() -> list[FaultKind]:
             name='a second stack in the domain',
             act='stack',
             duration_s=0.0,
-            expected='the second is refused; the first goes on',
+            expected='the second is refused; the first continues',
             named='another graph runs there',
         ),
         FaultKind(
             name='a second publisher on /cmd_vel',
             act='second',
             amount=0.3,
-            expected='the robot obeys neither until one is gone',
+            expected='the robot obeys neither until one has ended',
             named=rf'{ROBOT}.*nodes drive',
         ),
     ]

@@ -1,10 +1,11 @@
-"""Gates between the nodes of a live graph, and an eye on what the robot does."""
+"""Gates that disturb the messages between the nodes of a live graph; and its observation."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 import heapq
 import itertools
+import struct
 import time
 from typing import Any, Final
 
@@ -17,8 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
-from goalreach_lab.faults.gate import Gate
-from goalreach_lab.faults.judge import Record
+from goalreach_lab.faults.observer import StackObserver
 from goalreach_msgs_py.ros.common_messages import MessageError, stamp_from_msg, twist_from_msg
 from goalreach_msgs_py.ros.estimate_messages import state_from_msg
 from goalreach_msgs_py.ros.learning_messages import transition_from_msg
@@ -57,6 +57,8 @@ _LINKS: Final = (
 )
 GATED: Final = tuple(link[0] for link in _LINKS)
 _DEEP_QOS: Final = QoSProfile(depth=200)
+_ENCAPSULATION_BYTES: Final = 4
+_NS_PER_S: Final = 1_000_000_000
 
 
 def gate_rules() -> list[str]:
@@ -64,13 +66,74 @@ def gate_rules() -> list[str]:
     return [f'{node}:{topic}:={PREFIX}{topic}' for topic, _, _, node in _LINKS]
 
 
+class Gate:
+    """Passes serialized messages on, or disturbs them.
+
+    Args:
+        rng: Draws the messages that are lost.
+
+    Attributes:
+        effect: 'late', 'lost', 'twice', 'order', 'shift', or empty: they pass unchanged.
+        amount: Delay in seconds, share that is lost, or shift of the stamps in seconds.
+    """
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._held: bytes | None = None
+        self.effect = ''
+        self.amount = 0.0
+
+    def set(self, effect: str, amount: float) -> None:
+        """Begin an effect, or end it with an empty text."""
+        self.effect, self.amount = effect, amount
+        self._held = None
+
+    def arrive(self, data: bytes, now_s: float) -> list[tuple[float, bytes]]:
+        """Return the messages to send, and when, for one that arrived.
+
+        Args:
+            data: The serialized message.
+            now_s: The time now, seconds of any clock.
+        """
+        match self.effect:
+            case 'late':
+                return [(now_s + self.amount, data)]
+            case 'lost':
+                return [] if self._rng.random() < self.amount else [(now_s, data)]
+            case 'twice':
+                return [(now_s, data), (now_s, data)]
+            case 'order':
+                held, self._held = self._held, None if self._held is not None else data
+                return [] if held is None else [(now_s, data), (now_s, held)]
+            case 'shift':
+                return [(now_s, shift_stamp(data, self.amount))]
+        return [(now_s, data)]
+
+
+def shift_stamp(data: bytes, shift_s: float) -> bytes:
+    """Return a serialized message with the stamp of its header shifted; at least zero.
+
+    Args:
+        data: CDR of a message that begins with a header or a time.
+        shift_s: Shift, s.
+    """
+    order = '<' if data[1] & 1 else '>'
+    sec, nanosec = struct.unpack_from(f'{order}iI', data, _ENCAPSULATION_BYTES)
+    stamp_ns = max(0, sec * _NS_PER_S + nanosec + round(shift_s * _NS_PER_S))
+    changed = bytearray(data)
+    struct.pack_into(
+        f'{order}iI', changed, _ENCAPSULATION_BYTES, stamp_ns // _NS_PER_S, stamp_ns % _NS_PER_S
+    )
+    return bytes(changed)
+
+
 class Gates:
     """One gate for each topic between two nodes.
 
     Args:
-        node: The node that has them.
-        speed: Seconds of the graph's clock in one of the wall's.
-        rng: Which messages are lost.
+        node: The node that receives and sends the messages.
+        speed: Seconds of the graph's clock in one of the wall clock.
+        rng: Draws the messages that are lost.
     """
 
     def __init__(self, node: Node, *, speed: float, rng: np.random.Generator) -> None:
@@ -101,59 +164,59 @@ class Gates:
         return arrive
 
     def release(self) -> None:
-        """Let those pass that have waited long enough; to be called often."""
+        """Send the delayed messages that are due; call it often."""
         now_s = time.monotonic() * self._speed
         while self._waiting and self._waiting[0][0] <= now_s:
             _, _, outlet, message = heapq.heappop(self._waiting)
             outlet.publish(message)
 
 
-def watch_robot(node: Node, record: Record, *, gated: bool) -> None:
-    """Let a record see truth, state, commands and what the nodes report.
+def observe_graph(node: Node, observer: StackObserver, *, gated: bool) -> None:
+    """Feed an observer with truth, state, commands and reports of the nodes.
 
     Args:
-        node: The node that looks.
-        record: What is to see it.
+        node: The node that subscribes.
+        observer: The observer.
         gated: Whether commands pass a gate before they reach the robot.
     """
 
     def on_truth(message: Odometry) -> None:
         stamp_ns = stamp_from_msg(message.header.stamp)
-        record.truth(stamp_ns, odometry_from_msg(message), wall_s=time.monotonic())
+        observer.on_truth(stamp_ns, odometry_from_msg(message), wall_s=time.monotonic())
 
     def on_dated_truth(message: Odometry, info: Mapping[str, int]) -> None:
-        record.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
+        observer.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
         on_truth(message)
 
     def on_state(message: DiagnosticArray) -> None:
-        record.state(stamp_from_msg(message.header.stamp), state_from_msg(message))
+        observer.on_state(stamp_from_msg(message.header.stamp), state_from_msg(message))
 
     def on_command(message: TwistStamped) -> None:
         try:
-            record.command(stamp_from_msg(message.header.stamp), twist_from_msg(message))
+            observer.on_command(stamp_from_msg(message.header.stamp), twist_from_msg(message))
         except MessageError as error:
-            record.lines.append(f'command: {error}')
+            observer.lines.append(f'command: {error}')
 
     create = node.create_subscription
-    # EventsExecutor, which gates need for their speed, knows no message info.
+    # EventsExecutor, which gates need for their speed, does not give the message info.
     create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
     create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
     create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
-    _watch_reports(node, record)
+    _observe_reports(node, observer)
 
 
-def _watch_reports(node: Node, record: Record) -> None:
+def _observe_reports(node: Node, observer: StackObserver) -> None:
     def on_action(message: DiagnosticArray) -> None:
-        record.paths_ended += transition_from_msg(message).outcome is not None
+        observer.paths_ended += transition_from_msg(message).outcome is not None
 
     def on_log(message: Log) -> None:
-        record.lines.append(f'{message.name}: {message.msg}')
+        observer.lines.append(f'{message.name}: {message.msg}')
 
     def on_diagnostics(message: DiagnosticArray) -> None:
         for status in message.status:
             if status.level != DiagnosticStatus.OK:
                 values = ', '.join(f'{pair.key}: {pair.value}' for pair in status.values)
-                record.lines.append(f'{status.name}: {status.message} ({values})')
+                observer.lines.append(f'{status.name}: {status.message} ({values})')
 
     create = node.create_subscription
     create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS)

@@ -1,4 +1,4 @@
-"""Does to a live stack what a kind of fault says."""
+"""Injects faults into a live stack."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from goalreach_evaluation.starts import random_starts
 from goalreach_lab.faults.kinds import FaultKind
+from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_gates import PREFIX
-from goalreach_lab.rigs.ros_bench_graph import BenchGraph
 from goalreach_lab.rigs.stack import start_command
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
@@ -33,22 +33,22 @@ _ANSWER_S: Final = 10.0
 _SLOW_STOPPED_S: Final = 0.6
 _SLOW_RUNNING_S: Final = 0.1
 _CLEARANCE_M: Final = 0.6
-_WRITES: Final = 400_000
-_ROOM: Final = 1_500_000
+_WRITES_BYTES: Final = 400_000
+_FREE_BYTES: Final = 1_500_000
 _FULL_S: Final = 3.0
 _ARRAY = Parameter.Type.DOUBLE_ARRAY
 _NODE_ACTS: Final = ('stop', 'slow')
 
 
 class Injector:
-    """Does one fault after the other; every one is a generator that lasts as long as the fault.
+    """Injects one fault after the other; one private method for each `FaultKind.act`.
 
     Args:
         graph: The stack under test.
-        rng: Where and which.
+        rng: Draws places, LEDs and bumpers.
     """
 
-    def __init__(self, graph: BenchGraph, rng: np.random.Generator) -> None:
+    def __init__(self, graph: FaultedGraph, rng: np.random.Generator) -> None:
         """Make the clients."""
         self._graph = graph
         self._rng = rng
@@ -56,7 +56,7 @@ class Injector:
         self._parameters = AsyncParameterClient(node, ROBOT)
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
-        self._stranger = graph.add_node('stranger')
+        self._second_node = graph.add_node('second_publisher')
         self._seen: list[int] = []
         node.create_subscription(PolygonStamped, LANDMARKS, self._on_landmarks, RELIABLE_QOS)
 
@@ -65,10 +65,10 @@ class Injector:
         self._seen = [led for led, point in enumerate(points) if not math.isnan(point.x)]
 
     def inject(self, kind: FaultKind) -> None:
-        """Do a fault, let it last, and end it.
+        """Begin a fault, let it last, and end it.
 
         Raises:
-            GoalreachError: The stack does not do its part.
+            GoalreachError: The stack does not answer.
         """
         getattr(self, f'_{kind.act}', self._gate)(kind)
 
@@ -115,7 +115,7 @@ class Injector:
         self._set('faults.dark_leds', _ARRAY, [])
 
     def _light(self, kind: FaultKind) -> None:
-        """Let a light shine between the LEDs that are seen."""
+        """Turn on a further light between the LEDs that are seen."""
         seen = [DEFAULT_LANDMARKS_M[led] for led in self._seen] or DEFAULT_LANDMARKS_M
         x_m, y_m, z_m = np.mean(seen, axis=0).tolist()
         across_m, up_m = self._rng.uniform(-0.15, 0.15, size=2).tolist()
@@ -140,10 +140,10 @@ class Injector:
         self.put(self._somewhere())
 
     def put(self, pose: list[float]) -> None:
-        """Put the robot at a pose, as a path does that begins.
+        """Place the robot at a pose, as at the beginning of a path.
 
         Raises:
-            GoalreachError: It does not answer, or there is a wall.
+            GoalreachError: It does not answer, or the pose is in a wall.
         """
         self._set('start_pose', _ARRAY, pose)
         self._await(self._reset.call_async(Trigger.Request()))
@@ -157,13 +157,13 @@ class Injector:
         self._pause_clock(on=False)
 
     def _disk(self, _kind: FaultKind) -> None:
-        """Let a recorder join, then take the room on its disk away."""
+        """Start a recorder, then limit the size of its files."""
         with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
             bag = Path(folder) / 'bag'
             process = self._start('record', str(bag))
             try:
                 written = self._wait_for_bag(bag)
-                limit = written + _ROOM
+                limit = written + _FREE_BYTES
                 resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
                 self._graph.serve_until(lambda: process.poll() is not None, _FULL_S)
             finally:
@@ -173,7 +173,7 @@ class Injector:
         def size() -> int:
             return sum(path.stat().st_size for path in bag.glob('*'))
 
-        if not self._graph.serve_until(lambda: size() > _WRITES, _ANSWER_S):
+        if not self._graph.serve_until(lambda: size() > _WRITES_BYTES, _ANSWER_S):
             raise GoalreachError('the recorder does not write')
         return size()
 
@@ -186,22 +186,22 @@ class Injector:
         return start_command(*words, environment=self._graph.running.environment)
 
     def _finish(self, process: subprocess.Popen[str]) -> None:
-        """End a process, and note what it said."""
+        """End a process, and add what it printed to the observed lines."""
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         if not self._graph.serve_until(lambda: process.poll() is not None, _ANSWER_S):
             process.kill()
         text = process.communicate()[0]
-        self._graph.record.lines.extend(text.splitlines())
+        self._graph.observer.lines.extend(text.splitlines())
 
     def _second(self, kind: FaultKind) -> None:
-        outlet = self._stranger.create_publisher(TwistStamped, PREFIX + CMD_VEL, RELIABLE_QOS)
+        outlet = self._second_node.create_publisher(TwistStamped, PREFIX + CMD_VEL, RELIABLE_QOS)
         for _ in self._ticks(kind.duration_s):
             message = TwistStamped()
-            message.header.stamp = stamp_to_msg(self._graph.record.clock_ns)
+            message.header.stamp = stamp_to_msg(self._graph.observer.clock_ns)
             message.twist.linear.x = kind.amount
             outlet.publish(message)
-        self._stranger.destroy_publisher(outlet)
+        self._second_node.destroy_publisher(outlet)
 
     def _ticks(self, seconds: float) -> Iterator[int]:
         for tick in range(round(25 * seconds)):

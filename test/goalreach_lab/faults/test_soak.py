@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from goalreach_lab.faults.growth import Sample, files_gained, growths
+from goalreach_lab.faults.soak import Sample, files_gained, growths
 from goalreach_lab.rigs.processes import Holdings
 
 

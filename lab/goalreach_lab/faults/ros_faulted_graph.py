@@ -1,4 +1,4 @@
-"""A live stack with gates between its nodes, and the node that looks on."""
+"""A live stack with gates between its nodes, and the node that observes it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from goalreach_bringup.launch.environment import remove_abandoned
-from goalreach_lab.faults.judge import Record
-from goalreach_lab.faults.ros_gates import Gates, gate_rules, watch_robot
+from goalreach_lab.faults.observer import StackObserver
+from goalreach_lab.faults.ros_gates import Gates, gate_rules, observe_graph
 from goalreach_lab.rigs.stack import Stack
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
@@ -27,20 +27,20 @@ _UP_S: Final = 30.0
 _SPIN_S: Final = 0.01
 
 
-class BenchGraph:
+class FaultedGraph:
     """A stack under test, up and driving.
 
     Args:
         domain: ROS domain.
-        speed: Seconds of the graph's clock in one of the wall's.
-        seed: Of the run.
-        log_directory: Where it keeps its logs.
-        gates: Whether gates are put between its nodes.
+        speed: Seconds of the graph's clock in one of the wall clock.
+        seed: Seed of the run.
+        log_directory: Directory of its logs.
+        gates: Whether to put gates between its nodes.
 
     Attributes:
-        record: What was seen.
-        node: The node that looks on.
-        stack: The stack's processes.
+        observer: Observes the stack.
+        node: The node of gates and observer.
+        stack: The stack's processes, or None where none were started.
     """
 
     def __init__(
@@ -56,15 +56,15 @@ class BenchGraph:
         executor = EventsExecutor if gates else SingleThreadedExecutor
         self._executor = executor(context=self._context)
         self._executor.add_node(self.node)
-        self.record = Record(Arena())
+        self.observer = StackObserver(Arena())
         rng = np.random.default_rng(seed)
         self.gates = Gates(self.node, speed=speed, rng=rng) if gates else None
-        watch_robot(self.node, self.record, gated=gates)
+        observe_graph(self.node, self.observer, gated=gates)
         self.stack: Stack | None = None
 
     @property
     def speed(self) -> float:
-        """Seconds of the graph's clock in one of the wall's."""
+        """Seconds of the graph's clock in one of the wall clock."""
         return self._speed
 
     @property
@@ -88,7 +88,7 @@ class BenchGraph:
         """Start the stack and wait until it drives.
 
         Raises:
-            GoalreachError: It does not, in time.
+            GoalreachError: It does not drive within the limit.
         """
         words = ['--speed', str(self._speed), '--seed', str(self._seed), '--no-dashboard']
         if self.gates is not None:
@@ -97,18 +97,18 @@ class BenchGraph:
             [*words, *arguments],
             domain=self._domain,
             log_directory=self._log_directory,
-            on_line=self.record.lines.append,
+            on_line=self.observer.lines.append,
         )
-        self.record.begin()
-        if not self.serve_until(lambda: self.record.healthy_since is not None, _UP_S):
-            raise GoalreachError('the stack does not drive: ' + '; '.join(self.record.lines))
+        self.observer.reset_counts()
+        if not self.serve_until(lambda: self.observer.normal_since is not None, _UP_S):
+            raise GoalreachError('the stack does not drive: ' + '; '.join(self.observer.lines))
 
     def serve_until(self, condition: Callable[[], bool], limit_s: float) -> bool:
-        """Serve gates and eyes until a condition holds; return whether it did, in time.
+        """Spin until a condition holds; return whether it did within the limit.
 
         Args:
-            condition: What is waited for.
-            limit_s: For how long, seconds of the wall clock.
+            condition: The condition.
+            limit_s: The limit, seconds of the wall clock.
         """
         deadline_s = time.monotonic() + limit_s
         while not condition():
@@ -120,7 +120,7 @@ class BenchGraph:
         return True
 
     def serve(self, seconds: float) -> None:
-        """Serve for a time of the wall clock."""
+        """Spin for some seconds of the wall clock."""
         self.serve_until(lambda: False, seconds)
 
     def stop(self) -> None:
@@ -130,7 +130,7 @@ class BenchGraph:
         self.stack = None
 
     def close(self) -> None:
-        """End all, and remove what killed nodes left that only this process still had mapped."""
+        """End everything; remove shared memory of killed nodes that this process had mapped."""
         self.stop()
         self._executor.shutdown()
         self.node.destroy_node()

@@ -1,11 +1,11 @@
-"""What a gate does to messages that pass."""
+"""The effects of a gate on messages."""
 
 import struct
 
 import numpy as np
 import pytest
 
-from goalreach_lab.faults.gate import Gate, shift_stamp
+from goalreach_lab.faults.ros_gates import Gate, shift_stamp
 
 
 def message(sec: int, nanosec: int = 0, body: bytes = b'body') -> bytes:
