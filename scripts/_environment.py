@@ -31,6 +31,7 @@ DEPENDENCIES = {
     'rich': 'rich',
     'rosbags.rosbag2': 'rosbags',
     'yaml': 'pyyaml',
+    'zstandard': 'zstandard',
 }
 
 # They name another environment's libraries, and would hide those of the one that is started.

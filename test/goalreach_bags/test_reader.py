@@ -6,7 +6,8 @@ import pytest
 
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
-from goalreach_bags.topic import BagError
+from goalreach_bags.storage import BagError
+from goalreach_bags.topic import DEFAULT_OFFER
 from goalreach_msgs_py.errors import GoalreachError
 from small_bags import string_topic, texts, write_bag
 
@@ -74,26 +75,26 @@ def test_changed_bytes_are_found(bag: Path) -> None:
     data[300_000] ^= 1
     path.write_bytes(bytes(data))
 
-    assert 'checksum' in refusal(bag)
+    assert 'crc validation failed' in refusal(bag)
 
 
 def test_missing_file_is_refused(bag: Path) -> None:
     (bag / 'bag_0.mcap').unlink()
 
-    assert 'missing' in refusal(bag)
+    assert refusal(bag).endswith('lacks its file bag_0.mcap')
 
 
 def test_unfinished_bag_names_the_remedy(bag: Path) -> None:
     (bag / 'metadata.yaml').unlink()
 
-    assert refusal(bag).endswith('was not finished: goalreach record --repair brings it in order')
+    assert refusal(bag).endswith('has no metadata.yaml: goalreach record --repair writes it')
 
 
 @pytest.mark.parametrize('text', ['', ']', 'a: b', 'rosbag2_bagfile_information: {}', '\xff'])
 def test_damaged_summary_is_refused(bag: Path, text: str) -> None:
     (bag / 'metadata.yaml').write_text(text, encoding='latin-1')
 
-    assert refusal(bag).endswith('metadata.yaml: is not the summary of a bag')
+    assert refusal(bag).endswith('metadata.yaml: is not the metadata of a bag')
 
 
 def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
@@ -130,6 +131,35 @@ def test_bytes_that_are_no_such_message_are_refused() -> None:
         Decoder([string_topic()]).decode('/text', b'\0\1\0\0\xff\xff\0\0')
 
 
-def test_a_word_in_place_of_seconds_is_refused_and_not_repeated(bag: Path) -> None:
+def test_offers_with_a_word_in_place_of_seconds_take_no_message_away(bag: Path) -> None:
     change(bag, 'sec: 9223372036', 'sec: x')
-    assert 'is damaged or cut short (invalid literal for int()' in refusal(bag)
+
+    assert read(bag) == 20
+    with BagReader(bag) as reader:
+        assert reader.topics['/text'].offers == (DEFAULT_OFFER,), 'those of the file'
+
+
+@pytest.mark.parametrize(
+    ('before', 'after'),
+    [('reliability: reliable', 'reliability: best_effort'), ('nanoseconds: 19', 'nanoseconds: 1')],
+)
+def test_metadata_that_differs_from_the_file_takes_no_message_away(
+    bag: Path, before: str, after: str
+) -> None:
+    change(bag, before, after)
+
+    assert read(bag) == 20
+    with BagReader(bag) as reader:
+        assert (reader.first_ns, reader.last_ns) == (1_000_000, 20_000_000)
+
+
+def test_fewer_messages_than_the_metadata_promises_are_refused(bag: Path) -> None:
+    change(bag, 'message_count: 20\n  compression', 'message_count: 21\n  compression')
+
+    assert 'holds 20 of the 21 messages that its metadata promise' in refusal(bag)
+
+
+def test_names_with_the_directory_of_another_machine_are_found(bag: Path) -> None:
+    change(bag, '- bag_0.mcap', '- /elsewhere/bag_0.mcap')
+
+    assert read(bag) == 20

@@ -3,20 +3,22 @@
 from contextlib import closing
 from pathlib import Path
 import random
+import shutil
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
 import time
 
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import ChunkIndex
 import pytest
 
-from goalreach_bags.mcap_file import RECORD_HEAD, Opcode
-from goalreach_bags.mcap_repair import scan_mcap
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.topic import BagError
+from goalreach_bags.storage import BagError
 from small_bags import texts, write_bag
 
 WRITER = """
@@ -24,7 +26,7 @@ import os
 import sys
 from small_bags import string_topic, text_message
 from goalreach_bags.writer import BagWriter
-from goalreach_bags.topic import StorageOptions
+from goalreach_bags.options import StorageOptions
 
 options = StorageOptions(storage=sys.argv[2], zstd=sys.argv[3] == 'zstd', max_size=9.0)
 writer = BagWriter(sys.argv[1], options)
@@ -41,6 +43,17 @@ noise = [text_message(os.urandom(20_000).hex()) for _ in range(50)]
 for number in range(10**9):
     writer.write('/text', number + 1, noise[number % 50])
 """
+
+
+def chunk_indexes(path: Path) -> list[ChunkIndex]:
+    with path.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    return summary.chunk_indexes
+
+
+def end_of(chunk: ChunkIndex) -> int:
+    return chunk.chunk_start_offset + chunk.chunk_length
 
 
 @pytest.mark.parametrize('options', ['mcap -', 'mcap zstd', 'sqlite3 -', 'sqlite3 zstd'])
@@ -96,18 +109,19 @@ def test_a_next_file_without_its_tables_is_dropped_and_a_stranger_is_not(tmp_pat
 def test_file_cut_anywhere_keeps_its_finished_chunks(tmp_path: Path) -> None:
     write_bag(tmp_path / 'whole', texts(40, 100_000))
     data = (tmp_path / 'whole' / 'whole_0.mcap').read_bytes()
-    chunks = [chunk.info for chunk in scan_mcap(tmp_path / 'whole' / 'whole_0.mcap').chunks]
+    chunks = chunk_indexes(tmp_path / 'whole' / 'whole_0.mcap')
     rng = random.Random(3)  # noqa: S311 - places to cut at
     cuts = [rng.randrange(100, len(data)) for _ in range(50)]
-    for number, cut in enumerate([*cuts, len(data) - 1, chunks[0].offset + chunks[0].length]):
+    for number, cut in enumerate([*cuts, len(data) - 1, end_of(chunks[0])]):
         path = tmp_path / str(number)
         path.mkdir()
         (path / f'{number}_0.mcap').write_bytes(data[:cut])
-        whole = [chunk for chunk in chunks if chunk.offset + chunk.length <= cut]
+        whole = [chunk for chunk in chunks if end_of(chunk) <= cut]
 
         result = repair_bag(path)
 
-        assert result.messages == sum(sum(chunk.counts.values()) for chunk in whole)
+        assert result.messages == (whole[-1].message_end_time // 1_000_000 if whole else 0)
+        assert (path / f'{number}_0.mcap.damaged').read_bytes() == data[:cut]
         with BagReader(path) as bag:
             assert len(list(bag.messages())) == result.messages
         with (path / f'{number}_0.mcap').open('rb') as stream:
@@ -116,7 +130,7 @@ def test_file_cut_anywhere_keeps_its_finished_chunks(tmp_path: Path) -> None:
             summary = reader.get_summary()
             assert summary is not None
             assert all(index.message_index_offsets for index in summary.chunk_indexes)
-        (path / f'{number}_0.mcap').unlink()
+        shutil.rmtree(path)
 
 
 def test_indexes_that_were_never_written_are_made(tmp_path: Path) -> None:
@@ -124,18 +138,18 @@ def test_indexes_that_were_never_written_are_made(tmp_path: Path) -> None:
     path = tmp_path / 'bag' / 'bag_0.mcap'
     data, position, bare = path.read_bytes(), 8, path.read_bytes()[:8]
     while position < len(data) - 8:
-        opcode, length = RECORD_HEAD.unpack_from(data, position)
-        end = position + RECORD_HEAD.size + length
+        opcode, length = struct.unpack_from('<BQ', data, position)
+        end = position + 9 + length
         if opcode in (Opcode.HEADER, Opcode.CHUNK):
             bare += data[position:end]
         position = end
     path.write_bytes(bare)
 
     assert repair_bag(tmp_path / 'bag').messages == 30
-    assert path.read_bytes()[8:200] == data[8:200]
-    assert len(path.read_bytes()) > len(bare)
+    assert all(index.message_index_offsets for index in chunk_indexes(path))
     with path.open('rb') as stream:
-        assert len(list(make_reader(stream, validate_crcs=True).iter_messages())) == 30
+        found = make_reader(stream, validate_crcs=True).iter_messages()
+        assert [(m.log_time, m.data) for _, _, m in found] == [m[1:] for m in texts(30, 100_000)]
 
 
 def test_missing_summary_alone_is_written_again(tmp_path: Path) -> None:
@@ -147,15 +161,20 @@ def test_missing_summary_alone_is_written_again(tmp_path: Path) -> None:
     assert (tmp_path / 'bag' / 'metadata.yaml').read_text() == before
 
 
-def test_damaged_chunk_ends_what_is_kept(tmp_path: Path) -> None:
+@pytest.mark.parametrize('number', [0, 2])
+def test_damaged_chunk_alone_is_lost(tmp_path: Path, number: int) -> None:
     write_bag(tmp_path / 'bag', texts(40, 100_000))
     path = tmp_path / 'bag' / 'bag_0.mcap'
-    third = scan_mcap(path).chunks[2].info
     data = bytearray(path.read_bytes())
-    data[third.offset + 1000] ^= 1
+    data[chunk_indexes(path)[number].chunk_start_offset + 1000] ^= 1
     path.write_bytes(bytes(data))
 
-    assert repair_bag(tmp_path / 'bag').messages == 16
+    result = repair_bag(tmp_path / 'bag')
+
+    assert result.messages == 32
+    assert 'bag_0.mcap: the record at byte' in str(result)
+    assert (tmp_path / 'bag' / 'bag_0.mcap.damaged').read_bytes() == bytes(data)
+    assert repair_bag(tmp_path / 'bag').was_sound
 
 
 @pytest.mark.parametrize(

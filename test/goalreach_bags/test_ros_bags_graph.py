@@ -13,11 +13,11 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
+from goalreach_bags.options import TopicSelection
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import RUN_TOPICS, TICK_TOPICS
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.ros.channels import Channels
-from goalreach_bags.topic import TopicSelection
 from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, SENSOR_QOS
 import graphs
 from small_bags import STORE, serialize
@@ -57,9 +57,9 @@ def test_bag_holds_every_message_of_every_tick(reference: Path) -> None:
         times = [m.time_ns for m in bag.messages(['/camera/image_raw'])]
         assert times == [40_000_000 * (k + 1) for k in range(ticks)]
         image = bag.topics['/camera/image_raw']
-        assert {offer.reliability for offer in image.offers} == {'best_effort'}
+        assert {offer.reliability.name for offer in image.offers} == {'BEST_EFFORT'}
         markers = bag.topics['/arena/markers']
-        assert {offer.durability for offer in markers.offers} == {'transient_local'}
+        assert {offer.durability.name for offer in markers.offers} == {'TRANSIENT_LOCAL'}
         assert len(bag.topics['/diagnostics'].offers) == 4
         assert '/camera/image_raw/compressed' not in bag.topics
 

@@ -15,8 +15,9 @@ import yaml
 from goalreach_bags import mcap_file as mcap_writer_file
 from goalreach_bags import sqlite_file as sqlite_writer_file
 from goalreach_bags.mcap_file import McapWriter
+from goalreach_bags.options import StorageOptions
 from goalreach_bags.reader import BagReader
-from goalreach_bags.topic import BagError, BagStoppedError, StorageOptions
+from goalreach_bags.storage import BagError, BagStoppedError
 from goalreach_bags.writer import BagWriter
 from small_bags import STORE, STRING, string_topic, text_message, texts, write_bag
 
@@ -152,14 +153,14 @@ def test_full_disk_closes_a_bag_that_is_whole(
 ) -> None:
     written = 0
 
-    def require_room(path: Path, needed: int) -> None:
+    def require_free_space(path: Path, needed: int) -> None:
         nonlocal written
         written += 1
         if written == 3:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path), needed)
 
     module: Any = mcap_writer_file if storage == 'mcap' else sqlite_writer_file
-    monkeypatch.setattr(module, 'require_room', require_room)
+    monkeypatch.setattr(module, 'require_free_space', require_free_space)
     size = BIG if storage == 'mcap' else 5 * BIG
 
     with pytest.raises(BagStoppedError, match='the disk is full: recording stopped') as caught:

@@ -39,8 +39,9 @@ ROSDEP_KEYS = {
 }
 # Without such a key, or only in an extra: pyproject.toml alone names them.
 PIP_ONLY = {
-    'aiohttp', 'atheris', 'distributed', 'fastapi', 'filterpy', 'gymnasium', 'irsim', 'nicegui',
-    'rosbags', 'selenium', 'socketio', 'stable_baselines3', 'torch', 'uvicorn',
+    'aiohttp', 'atheris', 'distributed', 'fastapi', 'filterpy', 'gymnasium', 'irsim', 'mcap',
+    'nicegui', 'rosbags', 'selenium', 'socketio', 'stable_baselines3', 'torch', 'uvicorn',
+    'zstandard',
 }  # fmt: skip
 
 IO_MODULES = {

@@ -9,7 +9,8 @@ from typing import Any
 from rosbags.typesys import Stores, get_typestore
 
 from goalreach_bags.metadata import BagMetadata
-from goalreach_bags.topic import BagTopic, QosOffer, StorageOptions, message_definition
+from goalreach_bags.options import StorageOptions
+from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 
 STRING = 'std_msgs/msg/String'
@@ -32,7 +33,7 @@ def string_topic(name: str = '/text', **changes: Any) -> BagTopic:  # noqa: ANN4
         'name': name,
         'type_name': STRING,
         'type_hash': STORE.hash_rihs01(STRING),
-        'offers': (QosOffer(),),
+        'offers': (DEFAULT_OFFER,),
         'definition': message_definition(STRING),
     }
     return BagTopic(**{**values, **changes})

@@ -11,9 +11,11 @@ from typing import Any, Final
 import numpy as np
 import yaml
 
+from goalreach_bags.options import StorageOptions
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.topic import BagError, BagTopic, QosOffer, StorageOptions, message_definition
+from goalreach_bags.storage import BagError
+from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 from goalreach_evaluation.choices import choose_arena, read_noise
 from goalreach_evaluation.summary_file import read_recorded_run
@@ -171,7 +173,7 @@ def _write_bag(path: Path, storage: str) -> None:
             name='/text',
             type_name=_STRING,
             type_hash='',
-            offers=(QosOffer(),),
+            offers=(DEFAULT_OFFER,),
             definition=message_definition(_STRING),
         )
     )

@@ -19,10 +19,12 @@ from typing import Final
 import numpy as np
 
 from goalreach_bags.decode import stamp_of
+from goalreach_bags.options import StorageOptions
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import LOST_KEY, TICK_TOPICS
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.topic import STORAGES, BagTopic, QosOffer, StorageOptions, message_definition
+from goalreach_bags.storage import STORAGES
+from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 from goalreach_lab.rigs.processes import CpuMeter, descendants_of, holdings_of
 from goalreach_lab.rigs.stack import Stack, free_domains
@@ -137,9 +139,9 @@ def _lost_messages(bag: BagReader) -> dict[str, int]:
     Raises:
         GoalreachError: The recording was not finished.
     """
-    if LOST_KEY not in bag.custom:
+    if LOST_KEY not in bag.metadata.custom:
         raise GoalreachError(f'{bag.path}: was not finished')
-    lost: dict[str, int] = json.loads(bag.custom[LOST_KEY])
+    lost: dict[str, int] = json.loads(bag.metadata.custom[LOST_KEY])
     return lost
 
 
@@ -279,7 +281,7 @@ def _write_ours(path: Path, storage: str, data: bytes, images: int) -> float:
             name='/image',
             type_name=_IMAGE,
             type_hash='',
-            offers=(QosOffer(),),
+            offers=(DEFAULT_OFFER,),
             definition=message_definition(_IMAGE),
         )
     )

@@ -1,305 +1,289 @@
-"""Giving an MCAP file the indexes and the summary that its writer did not come to write."""
+"""Reading what is sound in a damaged MCAP file, and writing that to a new one.
+
+The `mcap` package reads and writes records. Its readers end at the first damage, take a record
+that is cut short for a whole one and skip records of unknown kinds, so records are separated here.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 import struct
 from typing import BinaryIO, Final
 from zlib import crc32
 
-from goalreach_bags.mcap_file import (
-    MAGIC,
-    RECORD_HEAD,
-    ChunkInfo,
-    ChunkTotals,
-    Opcode,
-    OpenChunk,
-    Reader,
-    iterate_records,
-    record,
-    tail,
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import breakup_chunk
+from mcap.writer import CompressionType, Writer
+import zstandard
+
+from goalreach_bags.metadata import ROS_DISTRO
+from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
+from goalreach_bags.topic import BagTopic, parse_offers
+
+MAGIC: Final = b'\x89MCAP0\r\n'
+LIBRARY: Final = 'goalreach'
+BAG_METADATA: Final = 'rosbag2'
+"""Name of the record that holds a copy of the bag's metadata."""
+
+COPY_KEY: Final = 'serialized_metadata'
+_HEAD: Final = struct.Struct('<BQ')
+_FOOTER: Final = struct.Struct('<BQQQI')
+_CRC_BYTES: Final = 4
+_COMPRESSIONS: Final = {
+    '': CompressionType.NONE,
+    'lz4': CompressionType.LZ4,
+    'zstd': CompressionType.ZSTD,
+}
+_READERS: Final[Mapping[int, Callable[[ReadDataStream], McapRecord]]] = {
+    Opcode.HEADER: Header.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.CHUNK: Chunk.read,
+    Opcode.ATTACHMENT: Attachment.read,
+    Opcode.METADATA: Metadata.read,
+}
+_DAMAGE: Final = (
+    McapError,
+    zstandard.ZstdError,
+    KeyError,
+    MemoryError,
+    RuntimeError,
+    ValueError,
+    struct.error,
 )
-from goalreach_bags.topic import BagError, BagTopic, decompress, parse_offers
-
-_FOOTER: Final = struct.Struct('<QQI')
-_CHECKSUM_BYTES: Final = 4
-_MAX_RECORD: Final = 1 << 32
-"""A longer record is no record but a damaged length. Chosen: 4 GB."""
+"""Raised for a record that is not sound; RuntimeError by lz4."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ScannedChunk:
-    """A chunk that is sound.
-
-    Attributes:
-        info: Where it lies; its indexes are those found after it.
-        content: Its messages, for indexes that are missing.
-        indexed: Whether all its indexes are there.
-    """
-
-    info: ChunkInfo
-    content: OpenChunk
-    indexed: bool
+def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
+    """Return the topic that a channel belongs to; without definition where it has no schema."""
+    schema = schemas.get(channel.schema_id) or Schema(id=0, data=b'', encoding='', name='')
+    return BagTopic(
+        name=channel.topic,
+        type_name=schema.name,
+        type_hash=channel.metadata.get('topic_type_hash', ''),
+        offers=parse_offers(channel.metadata.get('offered_qos_profiles', '')),
+        definition=schema.data.decode(errors='replace'),
+        encoding=schema.encoding,
+        serialization=channel.message_encoding,
+    )
 
 
 @dataclass
 class McapScan:
-    """What was found in a file.
+    """Result of reading an MCAP file record by record.
 
     Attributes:
         path: The file.
-        size: Its size.
-        finished: Whether it goes on to its end as it should.
-        body: Where the first chunk begins.
-        end: Where its sound part ends.
-        schemas: Schema records by number.
-        channels: Channel records by number.
-        topics: Topic of each channel.
-        chunks: The chunks.
+        schemas: Schemas by number.
+        channels: Channels by number.
+        metadata: Copy of the bag's metadata, or empty.
+        distro: ROS distribution, or empty.
+        damage: Why the file needs repair; empty for a sound file.
+        dropped_bytes: Bytes of records that are not sound.
+        compressed: Whether each message is compressed by itself: not in this format.
     """
 
     path: Path
-    size: int
-    finished: bool = False
-    body: int = 0
-    end: int = 0
-    schemas: dict[int, bytes] = field(default_factory=dict)
-    channels: dict[int, bytes] = field(default_factory=dict)
-    topics: dict[int, BagTopic] = field(default_factory=dict)
-    chunks: list[ScannedChunk] = field(default_factory=list)
-    _types: dict[int, tuple[str, str, str]] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    metadata: str = ''
+    distro: str = ''
+    damage: str = ''
+    dropped_bytes: int = 0
+    compressed: bool = False
+    _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
+    _compression: str = ''
+    _counts: Counter[int] = field(default_factory=Counter)
+    _first_ns: int = NO_TIME_NS
+    _last_ns: int = 0
 
-    def counts(self) -> dict[str, int]:
-        """Return the messages by topic name."""
-        counts = {topic.name: 0 for topic in self.topics.values()}
-        for chunk in self.chunks:
-            for channel, count in chunk.info.counts.items():
-                counts[self.topics[channel].name] += count
-        return {name: count for name, count in counts.items() if count}
+    @property
+    def topics(self) -> tuple[BagTopic, ...]:
+        """Its topics."""
+        return tuple(channel_topic(c, self.schemas) for c in self.channels.values())
 
-    def add_schema(self, content: memoryview) -> None:
-        """Note a schema record."""
-        reader = Reader(content)
-        number, name, encoding = reader.u16(), reader.text(), reader.text()
-        self._types[number] = name, encoding, str(reader.bytes(reader.u32()), 'utf-8')
-        self.schemas[number] = record(Opcode.SCHEMA, bytes(content))
-
-    def add_channel(self, content: memoryview) -> None:
-        """Note a channel record."""
-        reader = Reader(content)
-        number, schema, name = reader.u16(), reader.u16(), reader.text()
-        reader.text()
-        values = reader.text_map()
-        type_name, encoding, definition = self._types[schema]
-        self.channels[number] = record(Opcode.CHANNEL, bytes(content))
-        self.topics[number] = BagTopic(
-            name=name,
-            type_name=type_name,
-            type_hash=values.get('topic_type_hash', ''),
-            offers=parse_offers(values.get('offered_qos_profiles', '')),
-            definition=definition,
-            encoding=encoding,
+    @property
+    def span(self) -> FileSpan:
+        """Its sound messages."""
+        counts = Counter[str]()
+        for channel, count in self._counts.items():
+            counts[self.channels[channel].topic] += count
+        return FileSpan(
+            name=self.path.name, counts=counts, first_ns=self._first_ns, last_ns=self._last_ns
         )
 
+    def write_repaired(self, target: Path, metadata: str) -> None:
+        """Write the sound records to a new file, with new indexes and a new summary.
 
-def is_unborn_mcap(path: Path) -> bool:
-    """Return whether a file is the beginning of one that got no further than its magic bytes."""
-    with path.open('rb') as stream:
-        begin = stream.read(len(MAGIC))
-    return len(begin) < len(MAGIC) and MAGIC.startswith(begin)
+        Args:
+            target: The file, which must not exist.
+            metadata: Metadata of the bag, of which the file keeps a copy.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        with target.open('xb') as stream:
+            writer = Writer(stream, compression=_COMPRESSIONS[self._compression])
+            writer.start(profile=self._header.profile, library=self._header.library)
+            schemas = {0: 0}
+            for number, schema in self.schemas.items():
+                schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)
+            channels = {
+                number: writer.register_channel(
+                    channel.topic,
+                    channel.message_encoding,
+                    schemas.get(channel.schema_id, 0),
+                    channel.metadata,
+                )
+                for number, channel in self.channels.items()
+            }
+            for record in self._sound_records():
+                if isinstance(record, Message):
+                    record.channel_id = channels[record.channel_id]
+                    writer.add_message(**vars(record))
+                elif isinstance(record, Attachment):
+                    writer.add_attachment(**vars(record))
+                elif isinstance(record, Metadata) and record.name != BAG_METADATA:
+                    writer.add_metadata(record.name, record.metadata)
+                elif isinstance(record, bytes):
+                    writer.flush()  # type: ignore[no-untyped-call]
+                    stream.write(record)
+            writer.add_metadata(BAG_METADATA, {COPY_KEY: metadata})
+            writer.finish()  # type: ignore[no-untyped-call]
+
+    def read(self) -> None:
+        """Read the file; its summary first, for the channels that only the summary holds."""
+        with self.path.open('rb') as stream:
+            promised = self._read_summary(stream)
+        for record in self._sound_records():
+            if isinstance(record, Header):
+                self._header = record
+                self.distro = ROS_DISTRO if record.library == LIBRARY else ''
+            elif isinstance(record, Message):
+                self._counts[record.channel_id] += 1
+                self._first_ns = min(self._first_ns, record.log_time)
+                self._last_ns = max(self._last_ns, record.log_time)
+            elif isinstance(record, Metadata) and record.name == BAG_METADATA:
+                self.metadata = record.metadata.get(COPY_KEY, '')
+        found = self._counts.total()
+        if not self.damage and promised not in (None, found):
+            self.damage = f'it holds {found} of the {promised} messages that its summary counts'
+
+    def _read_summary(self, stream: BinaryIO) -> int | None:
+        """Check the end of the file; return the number of messages that the summary counts."""
+        size = stream.seek(0, 2)
+        end = size - len(MAGIC) - _FOOTER.size
+        stream.seek(max(0, end))
+        tail = stream.read()
+        self.damage = 'it ends without a footer'
+        if end < 0 or not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
+            return None
+        _, _, start, _, checksum = _FOOTER.unpack_from(tail)
+        stream.seek(min(start or end, end))
+        if checksum and crc32(stream.read()[: -_CRC_BYTES - len(MAGIC)]) != checksum:
+            self.damage = 'the check sum of its summary is wrong'
+            return None
+        try:
+            stream.seek(0)
+            summary = make_reader(stream).get_summary()
+        except _DAMAGE:
+            self.damage = 'its summary cannot be read'
+            return None
+        self.damage = ''
+        if summary is None:
+            return None
+        self.schemas.update(summary.schemas)
+        self.channels.update(summary.channels)
+        return summary.statistics.message_count if summary.statistics else None
+
+    def _sound_records(self) -> Iterator[McapRecord | bytes]:
+        """Yield the sound records of the data and of its chunks, unknown ones as bytes."""
+        self.dropped_bytes = 0
+        size = self.path.stat().st_size
+        with self.path.open('rb') as stream:
+            end = stream.seek(len(MAGIC))
+            for offset, opcode, content in _iterate_records(stream, size):
+                if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+                    return
+                end = offset + _HEAD.size + len(content)
+                try:
+                    yield from self._parse(opcode, content)
+                except _DAMAGE:
+                    self.damage = f'the record at byte {offset} is damaged'
+                    self.dropped_bytes += end - offset
+            self.dropped_bytes += size - end
+
+    def _parse(self, opcode: int, content: bytes) -> list[McapRecord | bytes]:
+        """Return a record, or all records of a chunk, and remember schemas and channels."""
+        stream = ReadDataStream(BytesIO(content))
+        records: list[McapRecord | bytes]
+        if opcode == Opcode.MESSAGE:
+            records = [Message.read(stream, len(content))]
+        elif opcode in _READERS:
+            records = [_READERS[opcode](stream)]
+        elif opcode == Opcode.MESSAGE_INDEX:
+            records = []
+        else:
+            records = [_HEAD.pack(opcode, len(content)) + content]
+        if records and isinstance(records[0], Chunk):
+            records = self._parse_chunk(records[0])
+        self._remember(records)
+        return records
+
+    def _parse_chunk(self, chunk: Chunk) -> list[McapRecord | bytes]:
+        if chunk.compression not in _COMPRESSIONS:
+            problem = f'is compressed with {chunk.compression}, which is not known here'
+            raise BagError(self.path, problem)
+        self._compression = chunk.compression
+        if not chunk.compression and len(chunk.data) != chunk.uncompressed_size:
+            raise ValueError('a chunk is not of the size that it names')
+        return list(breakup_chunk(chunk, validate_crc=True))
+
+    def _remember(self, records: list[McapRecord | bytes]) -> None:
+        schemas = {record.id: record for record in records if isinstance(record, Schema)}
+        channels = {record.id: record for record in records if isinstance(record, Channel)}
+        used = {record.channel_id for record in records if isinstance(record, Message)}
+        if used - channels.keys() - self.channels.keys():
+            raise ValueError('a message of an unknown channel')
+        self.schemas.update(schemas)
+        self.channels.update(channels)
+
+
+def _iterate_records(stream: BinaryIO, size: int) -> Iterator[tuple[int, int, bytes]]:
+    """Yield offset, opcode and content of each record, up to the first that is cut short."""
+    offset = stream.tell()
+    while offset + _HEAD.size <= size:
+        opcode, length = _HEAD.unpack(stream.read(_HEAD.size))
+        if not opcode or offset + _HEAD.size + length > size:
+            return
+        yield offset, opcode, stream.read(length)
+        offset += _HEAD.size + length
 
 
 def scan_mcap(path: Path) -> McapScan:
-    """Return what is sound in a file.
+    """Read a file whole, and find what of it is sound.
 
     Raises:
-        BagError: It is no MCAP file, or one of another kind than rosbag2 writes.
+        BagError: It is no MCAP file, or compressed in a way that is not known here.
     """
-    scan = McapScan(path=path, size=path.stat().st_size)
     with path.open('rb') as stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise BagError(path, 'is no MCAP file')
-        scan.end = scan.body = stream.tell()
-        try:
-            while _scan_record(scan, stream):
-                pass
-        except (ValueError, KeyError, UnicodeDecodeError):
-            pass  # what follows is not sound: the scan ends here
+    scan = McapScan(path=path)
+    scan.read()
     return scan
 
 
-def _scan_record(scan: McapScan, stream: BinaryIO) -> bool:
-    """Read one record; return whether the file goes on."""
-    offset = stream.tell()
-    head = stream.read(RECORD_HEAD.size)
-    if len(head) < RECORD_HEAD.size:
-        return False
-    opcode, length = RECORD_HEAD.unpack(head)
-    if opcode == Opcode.DATA_END:
-        scan.finished = _ends_well(scan, stream)
-        return False
-    if length > min(_MAX_RECORD, scan.size - stream.tell()):
-        return False
-    content = memoryview(stream.read(length))
-    if opcode == Opcode.MESSAGE:
-        raise BagError(scan.path, 'holds messages outside of chunks: not a file of rosbag2')
-    if _take(scan, opcode, content, offset):
-        scan.end = stream.tell()
-        if not scan.chunks:
-            scan.body = scan.end
-    return True
-
-
-def _take(scan: McapScan, opcode: int, content: memoryview, offset: int) -> bool:
-    """Note a record; return whether it belongs to what is kept."""
-    if opcode == Opcode.CHUNK:
-        scan.chunks.append(_read_chunk(scan, content, offset))
-    elif opcode == Opcode.MESSAGE_INDEX:
-        _add_index(scan, Reader(content).u16(), offset, RECORD_HEAD.size + len(content))
-    elif opcode == Opcode.SCHEMA:
-        scan.add_schema(content)
-    elif opcode == Opcode.CHANNEL:
-        scan.add_channel(content)
-    else:
-        return opcode == Opcode.HEADER
-    return True
-
-
-def _ends_well(scan: McapScan, stream: BinaryIO) -> bool:
-    """Return whether indexes, summary and footer are there, and the summary is as written."""
-    stream.seek(max(0, scan.size - _FOOTER.size - len(MAGIC)))
-    footer = stream.read(_FOOTER.size)
-    if stream.read() != MAGIC or len(footer) < _FOOTER.size:
-        return False
-    start, _, checksum = _FOOTER.unpack(footer)
-    if checksum:
-        stream.seek(min(start, scan.size))
-        summary = stream.read(max(0, scan.size - len(MAGIC) - _CHECKSUM_BYTES - start))
-        if crc32(summary) != checksum:
-            return False
-    return all(chunk.indexed for chunk in scan.chunks)
-
-
-def _read_chunk(scan: McapScan, content: memoryview, offset: int) -> ScannedChunk:
-    """Read a chunk and check it.
-
-    Raises:
-        ValueError: It is not sound.
-    """
-    reader = Reader(content)
-    reader.u64(), reader.u64()
-    size, checksum, compression = reader.u64(), reader.u32(), reader.text()
-    stored = reader.bytes(reader.u64())
-    if compression not in ('', 'zstd'):
-        raise BagError(scan.path, f'is compressed with {compression}, which is not known here')
-    records = decompress(bytes(stored)) if compression else bytes(stored)
-    if len(records) != size or (checksum and crc32(records) != checksum):
-        raise ValueError('the check sum of a chunk is wrong')
-    chunk = OpenChunk()
-    for position, opcode, inner in iterate_records(memoryview(records)):
-        if opcode == Opcode.SCHEMA:
-            scan.add_schema(inner)
-        elif opcode == Opcode.CHANNEL:
-            scan.add_channel(inner)
-        elif opcode == Opcode.MESSAGE:
-            message = Reader(inner)
-            channel = message.u16()
-            message.u32()
-            scan.topics[channel]
-            chunk.note(channel, message.u64(), position)
-    length = RECORD_HEAD.size + len(content)
-    info = chunk.placed(offset, length, compression, (len(stored), len(records)))
-    bare = _with_indexes(info, {}, 0)
-    return ScannedChunk(info=bare, content=chunk, indexed=not chunk.entries)
-
-
-def _add_index(scan: McapScan, channel: int, offset: int, length: int) -> None:
-    """Note an index that follows its chunk."""
-    chunk = scan.chunks[-1] if scan.chunks else None
-    if chunk is None or channel not in chunk.content.entries:
-        return
-    info = chunk.info
-    indexes = {**info.indexes, channel: offset}
-    scan.chunks[-1] = ScannedChunk(
-        info=_with_indexes(info, indexes, info.index_length + length),
-        content=chunk.content,
-        indexed=indexes.keys() == chunk.content.entries.keys(),
-    )
-
-
-def _with_indexes(info: ChunkInfo, indexes: dict[int, int], length: int) -> ChunkInfo:
-    return ChunkInfo(
-        offset=info.offset,
-        length=info.length,
-        indexes=indexes,
-        index_length=length,
-        counts=info.counts,
-        first_ns=info.first_ns,
-        last_ns=info.last_ns,
-        compression=info.compression,
-        sizes=info.sizes,
-    )
-
-
-def repair_mcap(scan: McapScan, metadata: str) -> None:
-    """Cut off what is not sound, and end the file as it should.
-
-    Where only the last chunk lacks indexes they are added in place; a file whose chunks in the
-    middle lack them is written anew beside the old one, which it then replaces.
-
-    Args:
-        scan: What is sound in it.
-        metadata: The bag's summary.
-
-    Raises:
-        OSError: The disk takes no more.
-    """
-    if all(chunk.indexed for chunk in scan.chunks[:-1]):
-        _finish_in_place(scan, metadata)
-    else:
-        _write_anew(scan, metadata)
-
-
-def _finish_in_place(scan: McapScan, metadata: str) -> None:
-    chunks = [chunk.info for chunk in scan.chunks]
-    position, missing = scan.end, b''
-    if scan.chunks and not scan.chunks[-1].indexed:
-        last = scan.chunks[-1]
-        position = last.info.offset + last.info.length
-        missing = b''.join(last.content.index_records().values())
-        chunks[-1] = _placed(scan, len(chunks) - 1, last.info.offset)
-    with scan.path.open('r+b') as stream:
-        stream.truncate(position)
-        stream.seek(position)
-        stream.write(missing + _tail(scan, chunks, position + len(missing), metadata))
-
-
-def _write_anew(scan: McapScan, metadata: str) -> None:
-    path = scan.path.with_suffix('.mcap.repair')
-    with scan.path.open('rb') as old, path.open('wb') as new:
-        new.write(old.read(scan.body))
-        chunks = []
-        for index, chunk in enumerate(scan.chunks):
-            old.seek(chunk.info.offset)
-            chunks.append(_placed(scan, index, new.tell()))
-            new.write(old.read(chunk.info.length))
-            new.write(b''.join(chunk.content.index_records().values()))
-        new.write(_tail(scan, chunks, new.tell(), metadata))
-    Path(path).replace(scan.path)
-
-
-def _placed(scan: McapScan, index: int, offset: int) -> ChunkInfo:
-    chunk = scan.chunks[index]
-    info = chunk.info
-    return chunk.content.placed(offset, info.length, info.compression, info.sizes)
-
-
-def _tail(scan: McapScan, chunks: list[ChunkInfo], position: int, metadata: str) -> bytes:
-    return tail(
-        position,
-        schemas=list(scan.schemas.values()),
-        channels=list(scan.channels.values()),
-        totals=ChunkTotals.of(chunks),
-        metadata=metadata,
-    )
+def is_truncated_header(path: Path) -> bool:
+    """Return whether a file ends within the magic bytes of an MCAP file."""
+    with path.open('rb') as stream:
+        begin = stream.read(len(MAGIC))
+    return len(begin) < len(MAGIC) and MAGIC.startswith(begin)

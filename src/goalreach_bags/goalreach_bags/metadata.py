@@ -1,90 +1,67 @@
-"""The summary of a bag, `metadata.yaml`, in the version that Jazzy writes."""
+"""The metadata of a bag, `metadata.yaml`: written as Jazzy does, read in every version."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 import yaml
 
-from goalreach_bags.topic import INFINITE_NS, BagTopic
-from goalreach_msgs_py.files import write_text_atomically
+from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
+from goalreach_bags.topic import BagTopic, offers_to_list, parse_offers
+from goalreach_msgs_py.files import load_yaml, write_text_atomically
 
+METADATA_NAME: Final = 'metadata.yaml'
 METADATA_VERSION: Final = 9
 ROS_DISTRO: Final = 'jazzy'
-
-
-@dataclass(frozen=True, kw_only=True)
-class FileSpan:
-    """What one file of a bag holds.
-
-    Attributes:
-        name: File name inside the bag's directory.
-        counts: Messages by topic name.
-        first_ns: Earliest receive time; meaningless while there is no message.
-        last_ns: Latest receive time.
-    """
-
-    name: str
-    counts: Mapping[str, int] = field(default_factory=dict)
-    first_ns: int = INFINITE_NS
-    last_ns: int = 0
-
-    @property
-    def message_count(self) -> int:
-        """Messages of all topics."""
-        return sum(self.counts.values())
-
-    @property
-    def duration_ns(self) -> int:
-        """Time between the first and the last message."""
-        return max(0, self.last_ns - self.first_ns)
+_ROOT: Final = 'rosbag2_bagfile_information'
 
 
 @dataclass(frozen=True, kw_only=True)
 class BagMetadata:
-    """A bag in short.
+    """Metadata of a bag.
 
     Attributes:
         storage: 'mcap' or 'sqlite3'.
-        topics: Its topics.
-        files: Its files in the order of time.
-        compression_mode: 'MESSAGE' where each message is compressed, else empty: compression
-            inside an MCAP file is the file's own affair.
-        custom: Texts of the recorder's own.
+        topics: Its topics, as far as the metadata describes them: without definition.
+        files: Its files in the order of time; without counts where metadata was read.
+        total: All messages.
+        compression_mode: 'MESSAGE' or 'FILE' where each message or file is compressed, else
+            empty: compression inside an MCAP file is not part of the metadata.
+        custom: Texts of the program that recorded.
+        distro: ROS distribution, or empty.
+        version: Version of the metadata's format.
     """
 
     storage: str
     topics: tuple[BagTopic, ...]
     files: tuple[FileSpan, ...]
+    total: FileSpan
     compression_mode: str = ''
     custom: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def total(self) -> FileSpan:
-        """All files as one span."""
-        return _sum(self.files)
+    distro: str = ROS_DISTRO
+    version: int = METADATA_VERSION
 
     def to_document(self) -> dict[str, Any]:
         """Return the mapping under `rosbag2_bagfile_information`, keys in rosbag2's order."""
-        total = self.total
         return {
             'version': METADATA_VERSION,
             'storage_identifier': self.storage,
-            **_times(total),
-            'message_count': total.message_count,
+            **_times(self.total),
+            'message_count': self.total.message_count,
             'topics_with_message_count': [
                 {
                     'topic_metadata': {
                         'name': topic.name,
                         'type': topic.type_name,
-                        'serialization_format': 'cdr',
-                        'offered_qos_profiles': [o.to_document() for o in topic.offers],
+                        'serialization_format': topic.serialization,
+                        'offered_qos_profiles': offers_to_list(topic.offers),
                         'type_description_hash': topic.type_hash,
                     },
-                    'message_count': total.counts.get(topic.name, 0),
+                    'message_count': self.total.counts.get(topic.name, 0),
                 }
                 for topic in self.topics
             ],
@@ -96,7 +73,7 @@ class BagMetadata:
                 for span in self.files
             ],
             'custom_data': dict(self.custom) or None,
-            'ros_distro': ROS_DISTRO,
+            'ros_distro': self.distro,
         }
 
 
@@ -107,34 +84,113 @@ def _times(span: FileSpan) -> dict[str, Any]:
     }
 
 
-def _sum(spans: Iterable[FileSpan]) -> FileSpan:
-    total = FileSpan(name='')
-    counts: dict[str, int] = {}
+def total_span(spans: Iterable[FileSpan]) -> FileSpan:
+    """Return the messages of several files as one span without a name."""
+    spans, counts = list(spans), Counter[str]()
     for span in spans:
-        for name, count in span.counts.items():
-            counts[name] = counts.get(name, 0) + count
-        total = replace(
-            total,
-            first_ns=min(total.first_ns, span.first_ns),
-            last_ns=max(total.last_ns, span.last_ns),
-        )
-    return replace(total, counts=counts)
-
-
-METADATA_NAME: Final = 'metadata.yaml'
-_ROOT: Final = 'rosbag2_bagfile_information'
+        counts.update(span.counts)
+    return FileSpan(
+        name='',
+        counts=counts,
+        first_ns=min((span.first_ns for span in spans), default=NO_TIME_NS),
+        last_ns=max((span.last_ns for span in spans), default=0),
+    )
 
 
 def metadata_text(metadata: BagMetadata) -> str:
-    """Return the summary as the YAML text that is kept inside a storage file too."""
+    """Return the metadata as the YAML text of which each storage file holds a copy."""
     return str(yaml.safe_dump(metadata.to_document(), sort_keys=False))
 
 
 def write_metadata(directory: Path, metadata: BagMetadata) -> None:
-    """Write the summary beside the storage files.
+    """Write `metadata.yaml`.
 
     Raises:
         FileFormatError: It cannot be written.
     """
     document = {_ROOT: metadata.to_document()}
     write_text_atomically(directory / METADATA_NAME, yaml.safe_dump(document, sort_keys=False))
+
+
+def read_metadata(directory: Path) -> BagMetadata:
+    """Read `metadata.yaml`.
+
+    Raises:
+        BagError: It cannot be read, is damaged, or of an unknown version.
+    """
+    path = directory / METADATA_NAME
+    try:
+        text = path.read_text(encoding='utf-8', errors='replace')
+    except OSError as error:
+        raise BagError(path, f'cannot be read: {error.strerror}') from None
+    metadata = parse_metadata(directory, text)
+    if metadata is None:
+        raise BagError(path, 'is not the metadata of a bag')
+    return metadata
+
+
+def parse_metadata(directory: Path, text: str) -> BagMetadata | None:
+    """Return the metadata in the text of `metadata.yaml`, or of a copy in a storage file.
+
+    Args:
+        directory: The bag.
+        text: YAML.
+
+    Returns:
+        The metadata; None where the text is something else.
+
+    Raises:
+        BagError: It is of an unknown version.
+    """
+    try:
+        document = load_yaml(text)
+        return _parse(directory, document.get(_ROOT, document))
+    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError):
+        return None
+
+
+def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
+    version = int(document['version'])
+    if version > METADATA_VERSION:
+        known = f'versions to {METADATA_VERSION} are known'
+        raise BagError(directory, f'is of version {version}: {known}')
+    custom = document.get('custom_data')
+    first_ns = int(document['starting_time']['nanoseconds_since_epoch'])
+    listed = document['topics_with_message_count'] or ()
+    return BagMetadata(
+        storage=str(document['storage_identifier']),
+        topics=tuple(_topic(entry['topic_metadata']) for entry in listed),
+        # To version 3 the names begin with the bag's directory; only their last part counts.
+        files=tuple(
+            FileSpan(name=PurePosixPath(name).name) for name in document['relative_file_paths']
+        ),
+        total=FileSpan(
+            name='',
+            counts={
+                str(entry['topic_metadata']['name']): int(entry['message_count'])
+                for entry in listed
+            },
+            first_ns=first_ns,
+            last_ns=first_ns + int(document['duration']['nanoseconds']),
+        ),
+        compression_mode=_compression_mode(document),
+        custom={str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
+        distro=str(document.get('ros_distro') or ''),
+        version=version,
+    )
+
+
+def _topic(document: Any) -> BagTopic:  # noqa: ANN401 - as YAML gives it
+    return BagTopic(
+        name=str(document['name']),
+        type_name=str(document['type']),
+        type_hash=str(document.get('type_description_hash') or ''),
+        offers=parse_offers(document.get('offered_qos_profiles')),
+        definition='',
+        serialization=str(document['serialization_format']),
+    )
+
+
+def _compression_mode(document: Any) -> str:  # noqa: ANN401 - as YAML gives it
+    mode = str(document.get('compression_mode') or '').upper()
+    return '' if mode == 'NONE' else mode

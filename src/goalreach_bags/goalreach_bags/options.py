@@ -1,13 +1,93 @@
-"""Options of a recording and of a replay."""
+"""Options of a recording and of a replay: which topics, how stored, how played."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+import math
 from pathlib import Path
+import re
+from typing import Final
 
-from goalreach_bags.topic import StorageOptions, TopicSelection
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_bags.storage import STORAGES
+from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
 from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
+
+_BYTES_PER_MB: Final = 1_000_000
+_NS_PER_S: Final = 1_000_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class TopicSelection:
+    """Selects topics by name and by pattern; all where neither is given.
+
+    Hidden topics, those with a part that begins with an underscore, are selected only by name.
+
+    """
+
+    names: tuple[str, ...] = option(
+        (), 'topics by name, with or without the leading slash (default: all)', flag='--topics',
+        metavar='NAME',
+    )  # fmt: skip
+    patterns: tuple[str, ...] = option(
+        (), 'topics whose name matches; repeatable', flag='--regex', metavar='PATTERN',
+        repeatable=True,
+    )  # fmt: skip
+    exclude: tuple[str, ...] = option(
+        (), 'leave out topics whose name matches; repeatable', metavar='PATTERN', repeatable=True
+    )
+
+    def __post_init__(self) -> None:
+        """Check the patterns."""
+        for flag, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
+            for pattern in patterns:
+                _require_pattern(flag, pattern)
+
+    def includes(self, topic: str) -> bool:
+        """Return whether a topic is selected."""
+        if topic in self.full_names:
+            return True
+        hidden = any(part.startswith('_') for part in topic.split('/'))
+        if hidden or any(re.search(pattern, topic) for pattern in self.exclude):
+            return False
+        if self.patterns:
+            return any(re.search(pattern, topic) for pattern in self.patterns)
+        return not self.names
+
+    @property
+    def full_names(self) -> frozenset[str]:
+        """The names with their leading slash."""
+        return frozenset(name if name.startswith('/') else f'/{name}' for name in self.names)
+
+
+def _require_pattern(flag: str, pattern: str) -> None:
+    try:
+        re.compile(pattern)
+    except re.error as error:
+        raise ConfigurationError(flag, pattern, f'a pattern: {error}') from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StorageOptions(CommandOptions):
+    """Storage format of a bag, its compression, and when it is split into further files."""
+
+    storage: str = option('mcap', 'storage format', choices=STORAGES)
+    zstd: bool = option(
+        False, 'compress: MCAP by the chunk, SQLite by the message, as rosbag2 does'
+    )
+    max_size: float | None = option(None, 'start a new file at this size', metavar='MB', above=0.0)
+    max_duration: float | None = option(
+        None, 'start a new file after this time, seconds', metavar='S', above=0.0
+    )
+
+    @property
+    def max_bytes(self) -> float:
+        """Size at which a new file is started."""
+        return math.inf if self.max_size is None else self.max_size * _BYTES_PER_MB
+
+    @property
+    def max_duration_ns(self) -> float:
+        """Duration after which a new file is started."""
+        return math.inf if self.max_duration is None else self.max_duration * _NS_PER_S
 
 
 def _read_text(path: str) -> str:
@@ -33,6 +113,7 @@ class RecordOptions(CommandOptions):
         None, 'take times from /clock (default: where the graph has one)'
     )
     repair: bool = option(False, 'repair the bag DIR of a recorder that was killed')
+    replace: bool = option(False, 'with --repair: do not keep damaged files as NAME.damaged')
     with_run: str | None = option(
         None, 'clock of the run that the recorder belongs to', choices=('lockstep', 'realtime'),
         hidden=True,

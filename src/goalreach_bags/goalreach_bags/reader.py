@@ -1,24 +1,30 @@
-"""Reading a bag, with every mistake as one line."""
+"""Reading a bag; every mistake is one line."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
+import shutil
+from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, Final
+from typing import Final
 
-from rosbags.interfaces import Connection, MessageDefinitionFormat
-from rosbags.rosbag2 import Reader
-import yaml
+import zstandard
 
-from goalreach_bags.metadata import METADATA_NAME, METADATA_VERSION
-from goalreach_bags.topic import BagError, BagTopic, QosOffer
-from goalreach_msgs_py.files import load_yaml
+from goalreach_bags.mcap_file import McapReader
+from goalreach_bags.metadata import METADATA_NAME, BagMetadata, read_metadata, total_span
+from goalreach_bags.sqlite_file import SqliteReader
+from goalreach_bags.storage import SUFFIXES, BagError
+from goalreach_bags.topic import BagTopic
 
-_ROOT: Final = 'rosbag2_bagfile_information'
-_NS_PER_S: Final = 1_000_000_000
+_StorageReader = McapReader | SqliteReader
+_READERS: Final[Mapping[str, type[_StorageReader]]] = {
+    'mcap': McapReader,
+    'sqlite3': SqliteReader,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,20 +44,23 @@ class BagMessage:
 
 def storage_files(path: Path) -> list[Path]:
     """Return the storage files in a bag's directory, in the order of their numbers."""
-    files = [*path.glob('*.mcap'), *path.glob('*.db3')]
+    files = [file for suffix in SUFFIXES.values() for file in path.glob(f'*{suffix}')]
     return sorted(files, key=lambda file: (len(file.name), file.name))
 
 
 class BagReader:
-    """A bag that is open for reading; a context manager.
+    """A bag open for reading; a context manager.
+
+    Topics are matched by name, and times and counts are those of the messages: the metadata of
+    other writers does not always agree with the files.
 
     Attributes:
         path: Its directory.
+        metadata: Contents of `metadata.yaml`.
         topics: Its topics by name.
         counts: Messages by topic.
-        custom: The recorder's own texts.
-        storage: 'mcap' or 'sqlite3'.
-        files: Names of its files.
+        first_ns: Receive time of the first message; 0 where there is none.
+        last_ns: Receive time of the last message; 0 where there is none.
 
     Args:
         path: The directory.
@@ -62,35 +71,24 @@ class BagReader:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        information = _read_metadata(self.path)
-        self.storage = str(information.get('storage_identifier', ''))
-        self.files = [str(name) for name in information.get('relative_file_paths') or ()]
-        self.version = int(information['version'])
-        self.distro = str(information.get('ros_distro') or '')
-        self.custom: Mapping[str, str] = information.get('custom_data') or {}
-        self._reader = _reader(self.path)
-        try:
-            with _told_of(self.path):
-                self.topics = {c.topic: _topic(c) for c in self._reader.connections}
-                self.counts = dict.fromkeys(self.topics, 0)
-                for connection in self._reader.connections:
-                    self.counts[connection.topic] += int(connection.msgcount)
-        except BaseException:
-            self._reader.close()
-            raise
+        self.metadata = _read_metadata(self.path)
+        self._stack = ExitStack()
+        with _one_line(self.path), ExitStack() as opened:
+            self._files = [self._open(file, opened) for file in self._storage_paths(opened)]
+            self._stack = opened.pop_all()
+        self.topics = _merge_topics(self.metadata, self._files)
+        total = total_span(file.span for file in self._files)
+        self.counts: dict[str, int] = {**dict.fromkeys(self.topics, 0), **total.counts}
+        self.first_ns = total.first_ns if total.message_count else 0
+        self.last_ns = total.last_ns if total.message_count else 0
 
     @property
-    def first_ns(self) -> int:
-        """Receive time of the first message; 0 where there is none."""
-        return self._reader.start_time if self._reader.message_count else 0
-
-    @property
-    def last_ns(self) -> int:
-        """Receive time of the last message; 0 where there is none."""
-        return self._reader.end_time - 1 if self._reader.message_count else 0
+    def size(self) -> int:
+        """Bytes of its files."""
+        return sum((self.path / file.name).stat().st_size for file in self.metadata.files)
 
     def require(self, names: Collection[str]) -> None:
-        """Look whether there are messages of topics.
+        """Check that topics have messages.
 
         Raises:
             BagError: A topic is missing, or has no message.
@@ -114,25 +112,30 @@ class BagReader:
             stop_ns: Only messages before this receive time.
 
         Raises:
-            BagError: The file is damaged, or holds less than its summary promises.
+            BagError: The file is damaged, or holds fewer messages than it promises.
         """
-        wanted = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        if not wanted:
-            return
-        found = 0
-        with _told_of(self.path):
-            for connection, time_ns, data in self._reader.messages(wanted, start_ns, stop_ns):
-                found += 1
-                yield BagMessage(topic=connection.topic, time_ns=time_ns, data=bytes(data))
-        whole = start_ns is None and stop_ns is None
-        promised = sum(int(connection.msgcount) for connection in wanted) if whole else 0
-        if found < promised:
-            problem = f'holds {found} of the {promised} messages that its summary promises'
-            raise BagError(self.path, f'{problem}; goalreach record --repair may help')
+        wanted = set(self.topics if topics is None else topics) & self.topics.keys()
+        compressed = self.metadata.compression_mode == 'MESSAGE'
+        found = Counter[str]()
+        with _one_line(self.path):
+            for file in self._files:
+                for name, time_ns, data in file.messages(wanted, start_ns, stop_ns):
+                    found[name] += 1
+                    content = zstandard.decompress(data) if compressed else data
+                    yield BagMessage(topic=name, time_ns=time_ns, data=content)
+        if start_ns is None and stop_ns is None:
+            self._require_all(wanted, found.total())
+
+    def _require_all(self, topics: Collection[str], found: int) -> None:
+        for source, counts in (('files', self.counts), ('metadata', self.metadata.total.counts)):
+            promised = sum(counts.get(name, 0) for name in topics)
+            if found < promised:
+                problem = f'holds {found} of the {promised} messages that its {source} promise'
+                raise BagError(self.path, f'{problem}; goalreach record --repair may help')
 
     def close(self) -> None:
         """Close it."""
-        self._reader.close()
+        self._stack.close()
 
     def __enter__(self) -> BagReader:  # noqa: PYI034 - Self is newer than Python 3.10
         return self
@@ -145,40 +148,60 @@ class BagReader:
     ) -> None:
         self.close()
 
+    def _open(self, file: Path, opened: ExitStack) -> _StorageReader:
+        if not file.exists():
+            raise BagError(self.path, f'lacks its file {file.name}')
+        if self.metadata.storage not in _READERS:
+            raise BagError(self.path, f'is stored as {self.metadata.storage}, which is not known')
+        reader = _READERS[self.metadata.storage](file)
+        opened.callback(reader.close)
+        return reader
 
-def _read_metadata(path: Path) -> dict[str, Any]:
+    def _storage_paths(self, opened: ExitStack) -> list[Path]:
+        """Return the paths of the files; compressed ones are decompressed until it is closed."""
+        paths = [self.path / file.name for file in self.metadata.files]
+        if self.metadata.compression_mode != 'FILE':
+            return paths
+        folder = Path(opened.enter_context(TemporaryDirectory(prefix='goalreach-')))
+        for path in paths:
+            with zstandard.open(path, 'rb') as source, (folder / path.stem).open('wb') as target:
+                shutil.copyfileobj(source, target)
+        return [folder / path.stem for path in paths]
+
+
+def _read_metadata(path: Path) -> BagMetadata:
     if not path.exists():
         raise BagError(path, 'does not exist')
     if not path.is_dir():
         raise BagError(path, 'is not a bag: a bag is a directory')
-    metadata = path / METADATA_NAME
-    if not metadata.exists():
+    if not (path / METADATA_NAME).exists():
         if storage_files(path):
-            raise BagError(path, 'was not finished: goalreach record --repair brings it in order')
+            problem = f'has no {METADATA_NAME}: goalreach record --repair writes it'
+            raise BagError(path, problem)
         raise BagError(path, f'is not a bag: it holds no {METADATA_NAME}')
-    try:
-        information = load_yaml(metadata.read_text(encoding='utf-8'))[_ROOT]
-        version = int(information['version'])
-    except OSError as error:
-        raise BagError(metadata, f'cannot be read: {error.strerror}') from None
-    except (yaml.YAMLError, UnicodeDecodeError, TypeError, KeyError, ValueError):
-        raise BagError(metadata, 'is not the summary of a bag') from None
-    if version > METADATA_VERSION:
-        raise BagError(path, f'is of version {version}: versions to {METADATA_VERSION} are known')
-    return dict(information)
+    return read_metadata(path)
 
 
-def _reader(path: Path) -> Reader:
-    with _told_of(path):
-        reader = Reader(path)
-        reader.open()
-        return reader
-    raise AssertionError  # pragma: no cover - the context manager never swallows
+def _merge_topics(metadata: BagMetadata, files: list[_StorageReader]) -> dict[str, BagTopic]:
+    """Return the topics of the files, with what only the metadata says about them."""
+    described = {topic.name: topic for topic in metadata.topics}
+    topics: dict[str, BagTopic] = {}
+    for topic in (topic for file in files for topic in file.topics):
+        known = described.get(topic.name, topic)
+        topics.setdefault(
+            topic.name,
+            replace(
+                topic,
+                type_hash=topic.type_hash or known.type_hash,
+                offers=topic.offers or known.offers,
+            ),
+        )
+    return {**described, **topics}
 
 
 @contextmanager
-def _told_of(path: Path) -> Iterator[None]:
-    """Turn whatever a reader stumbles over in a damaged file into one line."""
+def _one_line(path: Path) -> Iterator[None]:
+    """Turn any error that a damaged file causes into one line."""
     try:
         yield
     except (BagError, GeneratorExit, KeyboardInterrupt):
@@ -187,34 +210,3 @@ def _told_of(path: Path) -> Iterator[None]:
         lines = str(error).strip().splitlines() or [type(error).__name__]
         problem = f'is damaged or cut short ({lines[0].rstrip(".")})'
         raise BagError(path, f'{problem}; goalreach record --repair may help') from None
-
-
-def _topic(connection: Connection) -> BagTopic:
-    offers = getattr(connection.ext, 'offered_qos_profiles', None) or ()
-    idl = connection.msgdef.format is MessageDefinitionFormat.IDL
-    return BagTopic(
-        name=connection.topic,
-        type_name=connection.msgtype,
-        type_hash=connection.digest,
-        offers=tuple(_offer(offer) for offer in offers),
-        definition=connection.msgdef.data,
-        encoding='ros2idl' if idl else 'ros2msg',
-    )
-
-
-def _offer(offer: Any) -> QosOffer:  # noqa: ANN401 - a value of rosbags
-    return QosOffer(
-        history=offer.history.name.lower(),
-        depth=int(offer.depth),
-        reliability=offer.reliability.name.lower(),
-        durability=offer.durability.name.lower(),
-        liveliness=offer.liveliness.name.lower(),
-        deadline_ns=_nanoseconds(offer.deadline),
-        lifespan_ns=_nanoseconds(offer.lifespan),
-        liveliness_lease_duration_ns=_nanoseconds(offer.liveliness_lease_duration),
-    )
-
-
-def _nanoseconds(duration: Any) -> int:  # noqa: ANN401 - a value of rosbags
-    # A damaged file may hold words here, which would be repeated a billion times.
-    return int(duration.sec) * _NS_PER_S + int(duration.nsec)

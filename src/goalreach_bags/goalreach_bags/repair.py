@@ -1,4 +1,4 @@
-"""Repairing the bag of a recorder that was killed."""
+"""Repairing the bag of a recorder that was killed, without harm to any file."""
 
 from __future__ import annotations
 
@@ -6,33 +6,43 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from goalreach_bags.mcap_repair import McapScan, is_unborn_mcap, repair_mcap, scan_mcap
-from goalreach_bags.metadata import BagMetadata, FileSpan, metadata_text, write_metadata
+from goalreach_bags.mcap_repair import McapScan, is_truncated_header, scan_mcap
+from goalreach_bags.metadata import (
+    METADATA_NAME,
+    BagMetadata,
+    metadata_text,
+    parse_metadata,
+    total_span,
+    write_metadata,
+)
 from goalreach_bags.reader import BagReader, storage_files
-from goalreach_bags.sqlite_file import SqliteScan, is_unborn_sqlite, repair_sqlite, scan_sqlite
-from goalreach_bags.topic import INFINITE_NS, BagError, BagTopic
+from goalreach_bags.sqlite_file import SqliteScan, is_truncated_database, scan_sqlite
+from goalreach_bags.storage import SUFFIXES, BagError
+from goalreach_bags.topic import BagTopic
 from goalreach_bags.writer import FLUSH_S
 
-_STORAGES: Final = {'.mcap': 'mcap', '.db3': 'sqlite3'}
+_STORAGES: Final = {suffix: storage for storage, suffix in SUFFIXES.items()}
+_StorageScan = McapScan | SqliteScan
+_JOURNAL: Final = '-journal'
 
 
 @dataclass(frozen=True, kw_only=True)
 class RepairResult:
-    """What a repair found and did.
+    """Result of a repair.
 
     Attributes:
         path: The bag.
-        messages: Messages it now holds.
+        messages: Messages that it now holds.
         duration_s: Time between the first and the last.
-        repaired: Names of the files that had no end.
-        dropped_bytes: Bytes of unfinished chunks that were cut off.
-        was_sound: Whether there was nothing to do.
+        damage: What was wrong with each file that was damaged, by its name.
+        dropped_bytes: Bytes of unfinished or damaged records that were left out.
+        was_sound: Whether nothing had to be done.
     """
 
     path: Path
     messages: int
     duration_s: float
-    repaired: tuple[str, ...]
+    damage: dict[str, str]
     dropped_bytes: int
     was_sound: bool
 
@@ -41,18 +51,23 @@ class RepairResult:
         holds = f'{self.messages} messages, {self.duration_s:.1f} s'
         if self.was_sound:
             return f'{self.path}: nothing to repair: {holds}'
-        lost = f'{self.dropped_bytes} bytes of an unfinished chunk' if self.dropped_bytes else ''
-        parts = [lost] if lost else []
-        if self.repaired:
-            parts.append(f'what the recorder had not written yet, {FLUSH_S:g} s at most')
-        return f'{self.path}: repaired: {holds}; lost: {" and ".join(parts) or "nothing"}'
+        lost = []
+        if self.dropped_bytes:
+            lost.append(f'{self.dropped_bytes} bytes of unfinished or damaged records')
+        if self.damage:
+            lost.append(f'messages not written yet, of the last {FLUSH_S:g} s')
+        found = ''.join(f'; {name}: {problem}' for name, problem in self.damage.items())
+        return f'{self.path}: repaired: {holds}; lost: {" and ".join(lost) or "nothing"}{found}'
 
 
-def repair_bag(path: Path) -> RepairResult:
-    """Give a bag the summary and the indexes that it lacks.
+def repair_bag(path: Path, *, replace_files: bool = False) -> RepairResult:
+    """Write damaged files of a bag anew, and its metadata where that is missing or wrong.
+
+    A sound file is left untouched. A damaged one is kept as `NAME.damaged`.
 
     Args:
-        path: Its directory.
+        path: The bag's directory.
+        replace_files: Whether to delete damaged files once they are repaired.
 
     Raises:
         BagError: It is no bag, or holds nothing that could be repaired.
@@ -65,84 +80,130 @@ def repair_bag(path: Path) -> RepairResult:
     if len({file.suffix for file in files}) > 1:
         raise BagError(path, 'holds both .mcap and .db3 files')
     try:
-        return _repair(path, files)
+        return _repair(path, files, replace_files=replace_files)
     except OSError as error:
         raise BagError(path, f'cannot be repaired: {error.strerror or error}') from None
 
 
-def _repair(path: Path, files: list[Path]) -> RepairResult:
-    if len(files) > 1 and _is_unborn(files[-1]):
-        files.pop().unlink()  # the next file of a recorder that was killed while making it
-    scans: list[McapScan | SqliteScan] = [
+def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResult:
+    # The recorder may have been killed while it began its next file.
+    empty = [files.pop()] if len(files) > 1 and _is_truncated(files[-1]) else []
+    scans: list[_StorageScan] = [
         scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
     ]
-    metadata = BagMetadata(
-        storage=_STORAGES[files[0].suffix],
-        topics=_topics(scans),
-        files=tuple(_span(scan) for scan in scans),
-        compression_mode='MESSAGE' if _compresses_messages(scans) else '',
-    )
-    broken = [scan for scan in scans if not scan.finished]
-    total = metadata.total
-    sound = not broken and _is_readable(path, total.message_count)
-    dropped = 0
-    for scan in scans:
-        if isinstance(scan, SqliteScan):
-            if not sound:
-                repair_sqlite(scan, metadata_text(metadata), metadata.topics)
-        elif not scan.finished:
-            dropped += scan.size - scan.end
-            repair_mcap(scan, metadata_text(metadata))
-    if not sound:
+    existing = _existing_metadata(path)
+    metadata = _metadata(path, scans, existing)
+    damaged = [scan for scan in scans if scan.damage]
+    was_sound = not damaged and not empty and existing is not None and _agree(existing, metadata)
+    if not was_sound:
+        aside = [*empty, *(scan.path for scan in damaged)]
+        if (path / METADATA_NAME).exists():
+            aside.append(path / METADATA_NAME)
+        _require_free_names(path, aside)
+        for scan in damaged:
+            scan.write_repaired(_repaired(scan.path), metadata_text(metadata))
+        for file in aside:
+            _move(file, file.with_name(f'{file.name}.damaged'))
+        for scan in damaged:
+            _repaired(scan.path).rename(scan.path)
         write_metadata(path, metadata)
-        with BagReader(path) as bag:
-            for _ in bag.messages():
-                pass  # what cannot be read now is damaged beyond repair, and says so
+        _require_readable(path)
+        for file in aside if replace_files else ():
+            file.with_name(f'{file.name}.damaged').unlink()
+            file.with_name(f'{file.name}.damaged{_JOURNAL}').unlink(missing_ok=True)
     return RepairResult(
         path=path,
-        messages=total.message_count,
-        duration_s=total.duration_ns * 1e-9,
-        repaired=tuple(scan.path.name for scan in broken),
-        dropped_bytes=dropped,
-        was_sound=sound,
+        messages=metadata.total.message_count,
+        duration_s=metadata.total.duration_ns * 1e-9,
+        damage={scan.path.name: scan.damage for scan in damaged},
+        dropped_bytes=sum(scan.dropped_bytes for scan in scans),
+        was_sound=was_sound,
     )
 
 
-def _is_readable(path: Path, messages: int) -> bool:
-    """Return whether a bag gives all its messages as it is."""
-    try:
-        with BagReader(path) as bag:
-            return sum(1 for _ in bag.messages()) == messages
-    except BagError:
-        return False
+def _is_truncated(file: Path) -> bool:
+    return is_truncated_header(file) if file.suffix == '.mcap' else is_truncated_database(file)
 
 
-def _is_unborn(file: Path) -> bool:
-    return is_unborn_mcap(file) if file.suffix == '.mcap' else is_unborn_sqlite(file)
+def _existing_metadata(path: Path) -> BagMetadata | None:
+    """Return the contents of metadata.yaml; None where it is missing or damaged.
+
+    Raises:
+        BagError: It is of a newer version, which a repair would lose.
+    """
+    if not (path / METADATA_NAME).exists():
+        return None
+    text = (path / METADATA_NAME).read_text(encoding='utf-8', errors='replace')
+    return parse_metadata(path, text)
 
 
-def _topics(scans: list[McapScan | SqliteScan]) -> tuple[BagTopic, ...]:
+def _metadata(path: Path, scans: list[_StorageScan], existing: BagMetadata | None) -> BagMetadata:
+    """Return the metadata of what the files hold, with all that only metadata knew."""
+    copies = [parse_metadata(path, scan.metadata) for scan in scans]
+    known = [metadata for metadata in (existing, *reversed(copies)) if metadata is not None]
+    custom: dict[str, str] = {}
+    for metadata in reversed(known):
+        custom.update(metadata.custom)
+    compressed = any(scan.compressed for scan in scans)
+    distros = [*(m.distro for m in known), *(scan.distro for scan in scans)]
+    spans = tuple(scan.span for scan in scans)
+    return BagMetadata(
+        storage=_STORAGES[scans[0].path.suffix],
+        topics=_topics(scans, known),
+        files=spans,
+        total=total_span(spans),
+        compression_mode='MESSAGE' if compressed else '',
+        custom=custom,
+        distro=next(filter(None, distros), ''),
+    )
+
+
+def _topics(scans: list[_StorageScan], known: list[BagMetadata]) -> tuple[BagTopic, ...]:
     topics: dict[str, BagTopic] = {}
-    for scan in scans:
-        found = scan.topics.values() if isinstance(scan, McapScan) else scan.topics
-        for topic in found:
-            known = topics.setdefault(topic.name, topic)
-            if not known.type_hash:
-                topics[topic.name] = replace(known, type_hash=topic.type_hash)
+    found = [topic for scan in scans for topic in scan.topics]
+    for topic in (*found, *(topic for metadata in known for topic in metadata.topics)):
+        first = topics.setdefault(topic.name, topic)
+        topics[topic.name] = replace(
+            first,
+            type_hash=first.type_hash or topic.type_hash,
+            offers=first.offers or topic.offers,
+        )
     return tuple(topics.values())
 
 
-def _compresses_messages(scans: list[McapScan | SqliteScan]) -> bool:
-    return any(isinstance(scan, SqliteScan) and scan.compressed for scan in scans)
-
-
-def _span(scan: McapScan | SqliteScan) -> FileSpan:
-    if isinstance(scan, SqliteScan):
-        return scan.span
-    filled = [chunk.info for chunk in scan.chunks if chunk.info.counts]
-    return FileSpan(
-        name=scan.path.name,
-        counts=scan.counts(),
-        first_ns=min((info.first_ns for info in filled), default=INFINITE_NS),
-        last_ns=max((info.last_ns for info in filled), default=0),
+def _agree(existing: BagMetadata, metadata: BagMetadata) -> bool:
+    """Return whether metadata.yaml describes what the files hold."""
+    mine, found = existing.total, metadata.total
+    return (
+        [file.name for file in existing.files] == [file.name for file in metadata.files]
+        and {name: n for name, n in mine.counts.items() if n} == dict(found.counts)
+        and (not found.counts or (mine.first_ns, mine.last_ns) == (found.first_ns, found.last_ns))
+        and existing.storage == metadata.storage
+        and existing.compression_mode == metadata.compression_mode
     )
+
+
+def _repaired(file: Path) -> Path:
+    return file.with_name(f'{file.name}.repaired')
+
+
+def _require_free_names(path: Path, files: list[Path]) -> None:
+    for file in files:
+        for ending in ('.damaged', '.repaired'):
+            if file.with_name(f'{file.name}{ending}').exists():
+                problem = f'holds {file.name}{ending} of an earlier repair: move it away first'
+                raise BagError(path, problem)
+
+
+def _move(file: Path, target: Path) -> None:
+    """Rename a file, with its SQLite journal if there is one."""
+    journal = file.with_name(f'{file.name}{_JOURNAL}')
+    if journal.exists():
+        journal.rename(target.with_name(f'{target.name}{_JOURNAL}'))
+    file.rename(target)
+
+
+def _require_readable(path: Path) -> None:
+    with BagReader(path) as bag:
+        for _ in bag.messages():
+            pass

@@ -18,15 +18,17 @@ _NS = 1e-9
 def show_bag(bag: BagReader, *, console: Console | None = None) -> None:
     """Print what a bag holds."""
     out = console or Console(highlight=False)
-    size_mb = sum((bag.path / name).stat().st_size for name in bag.files) * 1e-6
+    metadata, size_mb = bag.metadata, bag.size * 1e-6
     lasts_s = (bag.last_ns - bag.first_ns) * _NS
-    lost = json.loads(bag.custom.get(LOST_KEY, '{}'))
-    known = PARAMETERS_KEY in bag.custom
+    lost = json.loads(metadata.custom.get(LOST_KEY, '{}'))
+    known = PARAMETERS_KEY in metadata.custom
+    distro = metadata.distro or 'unknown distro'
+    clock = metadata.custom.get(CLOCK_KEY, '')
     for name, value in (
         ('bag', str(bag.path)),
-        ('storage', f'{bag.storage}, version {bag.version}, {bag.distro or "unknown distro"}'),
-        ('files', f'{len(bag.files)}, {size_mb:.1f} MB'),
-        ('clock', {'sim': '/clock', 'wall': 'wall'}.get(bag.custom.get(CLOCK_KEY, ''), 'unknown')),
+        ('storage', f'{metadata.storage}, version {metadata.version}, {distro}'),
+        ('files', f'{len(metadata.files)}, {size_mb:.1f} MB'),
+        ('clock', {'sim': '/clock', 'wall': 'wall'}.get(clock, 'unknown')),
         ('time', f'{bag.first_ns * _NS:.3f} s to {bag.last_ns * _NS:.3f} s: {lasts_s:.3f} s'),
         ('messages', f'{sum(bag.counts.values())}, lost {sum(lost.values())}'),
         ('parameters', 'those of the run are kept' if known else 'unknown'),

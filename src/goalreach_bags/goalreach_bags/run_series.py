@@ -57,7 +57,7 @@ class RunSeries:
 def recorded_arena(bag: BagReader) -> Arena:
     """Return the arena of the run's parameters, the paper's where the bag does not tell them."""
     try:
-        values = yaml.safe_load(bag.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
+        values = yaml.safe_load(bag.metadata.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
         leds = iter(values['landmarks_m'])
         config = RegionConfig(
             x_knots_m=tuple(values['x_knots_m']),

@@ -1,25 +1,22 @@
-"""Writing one SQLite file with the tables of Jazzy's rosbag2."""
+"""SQLite files of rosbag2: written as Jazzy does, read and repaired in every version."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 import errno
 from pathlib import Path
+import shutil
 import sqlite3
-from typing import Final
+from tempfile import TemporaryDirectory
+from typing import Any, Final
 
-from goalreach_bags.metadata import METADATA_VERSION, ROS_DISTRO, FileSpan
-from goalreach_bags.topic import (
-    INFINITE_NS,
-    BagError,
-    BagTopic,
-    compress,
-    offers_to_text,
-    parse_offers,
-    require_room,
-)
+import zstandard
+
+from goalreach_bags.metadata import METADATA_VERSION, ROS_DISTRO
+from goalreach_bags.storage import NO_TIME_NS, ZSTD_LEVEL, BagError, FileSpan, require_free_space
+from goalreach_bags.topic import BagTopic, offers_to_text, parse_offers
 
 _TABLES: Final = """
 CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
@@ -38,8 +35,13 @@ CREATE TABLE messages(
 CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 """
 _SCHEMA_VERSION: Final = 4
+_FIRST_TABLES: Final = {'schema', 'metadata', 'topics', 'message_definitions'}
+"""Tables that are made before that of messages."""
+
 _COMMIT_BYTES: Final = 4 * 1024 * 1024
-"""Pending messages are committed at this size. Chosen."""
+"""Buffered messages are committed at this size. Chosen."""
+
+_ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 
 
 class SqliteWriter:
@@ -75,50 +77,34 @@ class SqliteWriter:
 
     @property
     def wants_flush(self) -> bool:
-        """Whether enough is pending for a commit."""
+        """Whether enough is buffered for a commit."""
         return self._pending >= _COMMIT_BYTES
 
     def add_topic(self, number: int, topic: BagTopic) -> None:
         """Add a topic and the definition of its type."""
-        with _as_os_error():
-            self._begin()
-            self._base.execute(
-                'INSERT INTO topics VALUES(?, ?, ?, ?, ?, ?)',
-                (
-                    number,
-                    topic.name,
-                    topic.type_name,
-                    'cdr',
-                    offers_to_text(topic.offers),
-                    topic.type_hash,
-                ),
+        offers = offers_to_text(topic.offers)
+        row = (number, topic.name, topic.type_name, 'cdr', offers, topic.type_hash)
+        self._execute('INSERT INTO topics VALUES(?, ?, ?, ?, ?, ?)', row)
+        if topic.type_name not in self._types:
+            self._types.add(topic.type_name)
+            self._execute(
+                'INSERT INTO message_definitions VALUES(NULL, ?, ?, ?, ?)',
+                (topic.type_name, topic.encoding, topic.definition, topic.type_hash),
             )
-            if topic.type_name not in self._types:
-                self._types.add(topic.type_name)
-                self._base.execute(
-                    'INSERT INTO message_definitions VALUES(NULL, ?, ?, ?, ?)',
-                    (topic.type_name, topic.encoding, topic.definition, topic.type_hash),
-                )
-            self._base.execute('COMMIT')
+        self._execute('COMMIT')
 
     def write(self, number: int, time_ns: int, _publish_ns: int, data: bytes) -> None:
         """Add a message; the format has no place for the time of publication."""
-        stored = compress(data) if self._zstd else data
-        with _as_os_error():
-            self._begin()
-            self._base.execute(
-                'INSERT INTO messages VALUES(NULL, ?, ?, ?)', (number, time_ns, stored)
-            )
+        stored = zstandard.compress(data, ZSTD_LEVEL) if self._zstd else data
+        self._execute('INSERT INTO messages VALUES(NULL, ?, ?, ?)', (number, time_ns, stored))
         self._pending += len(stored)
 
     def flush(self) -> None:
         """Commit."""
-        if not self._base.in_transaction:
-            return
-        require_room(self._path, 2 * self._pending)
-        with _as_os_error():
-            self._base.execute('COMMIT')
-        self._committed, self._pending = self.size, 0
+        if self._base.in_transaction:
+            require_free_space(self._path, 2 * self._pending)
+            self._execute('COMMIT')
+            self._committed, self._pending = self.size, 0
 
     def drop_pending(self) -> None:
         """Roll back."""
@@ -127,12 +113,10 @@ class SqliteWriter:
         self._pending = 0
 
     def finish(self, metadata: str) -> None:
-        """Commit with the bag's summary."""
+        """Commit with the bag's metadata."""
         self.flush()
         with _as_os_error():
-            self._base.execute(
-                'INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata)
-            )
+            _add_metadata(self._base, metadata)
             self._base.execute('PRAGMA journal_mode=DELETE')
         self.close()
 
@@ -140,9 +124,11 @@ class SqliteWriter:
         """Close; what is not committed is gone."""
         self._base.close()
 
-    def _begin(self) -> None:
-        if not self._base.in_transaction:
-            self._base.execute('BEGIN')
+    def _execute(self, statement: str, values: tuple[Any, ...] = ()) -> None:
+        with _as_os_error():
+            if not self._base.in_transaction:
+                self._base.execute('BEGIN')
+            self._base.execute(statement, values)
 
 
 @contextmanager
@@ -154,128 +140,218 @@ def _as_os_error() -> Iterator[None]:
         raise OSError(errno.ENOSPC if full else errno.EIO, str(error)) from error
 
 
-_CHECK_ALL: Final = 'PRAGMA integrity_check(1)'
-_ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
+def _add_metadata(base: sqlite3.Connection, metadata: str) -> None:
+    base.execute('INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata))
 
 
-_FIRST_TABLES = {'schema', 'metadata', 'topics', 'message_definitions'}
-"""What a bag's file holds before its table of messages, which is made last."""
+class SqliteReader:
+    """A `StorageReader` of the SQLite format; never changes the file.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._base = sqlite3.connect(f'{path.absolute().as_uri()}?immutable=1', uri=True)
+        try:
+            self._topics = _read_topics(self._base)
+            self.topics = tuple(self._topics.values())
+            self.span = _read_span(path.name, self._base, self._topics)
+        except BaseException:
+            self._base.close()
+            raise
+
+    def messages(
+        self, topics: Collection[str], start_ns: int | None, stop_ns: int | None
+    ) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, receive time and data in the order of receive time."""
+        names = {n: topic.name for n, topic in self._topics.items() if topic.name in topics}
+        first_ns = 0 if start_ns is None else start_ns
+        last_ns = NO_TIME_NS if stop_ns is None else stop_ns - 1
+        rows = self._base.execute(
+            'SELECT topic_id, timestamp, data FROM messages '  # noqa: S608 - numbers
+            f'WHERE topic_id IN ({", ".join(map(str, names))}) '
+            'AND timestamp BETWEEN ? AND ? ORDER BY timestamp',
+            (first_ns, last_ns),
+        )
+        for number, time_ns, data in rows:
+            yield names[number], time_ns, data
+
+    def close(self) -> None:
+        """Close it."""
+        self._base.close()
+
+
+def _read_topics(base: sqlite3.Connection) -> dict[int, BagTopic]:
+    """Return the topics by number; older versions have no offers, hashes or definitions."""
+    definitions = {}
+    if _columns(base, 'message_definitions'):
+        rows = base.execute(
+            'SELECT topic_type, encoding, encoded_message_definition FROM message_definitions'
+        )
+        definitions = {name: (encoding, text) for name, encoding, text in rows}
+    columns = ['id', 'name', 'type', 'serialization_format']
+    optional = ('offered_qos_profiles', 'type_description_hash')
+    known = _columns(base, 'topics')
+    columns += [name if name in known else f"'' AS {name}" for name in optional]
+    topics = {}
+    rows = base.execute(f'SELECT {", ".join(columns)} FROM topics ORDER BY id')  # noqa: S608
+    for number, name, type_name, serialization, offers, type_hash in rows:
+        encoding, text = definitions.get(type_name, ('ros2msg', ''))
+        topics[int(number)] = BagTopic(
+            name=str(name),
+            type_name=str(type_name),
+            type_hash=str(type_hash),
+            offers=parse_offers(offers),
+            definition=text,
+            encoding=encoding,
+            serialization=serialization,
+        )
+    return topics
+
+
+def _read_span(name: str, base: sqlite3.Connection, topics: dict[int, BagTopic]) -> FileSpan:
+    rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
+    counts = {topics[number].name: count for number, count in rows if number in topics}
+    times = base.execute('SELECT MIN(timestamp), MAX(timestamp) FROM messages').fetchone()
+    first_ns = NO_TIME_NS if times[0] is None else times[0]
+    return FileSpan(name=name, counts=counts, first_ns=first_ns, last_ns=times[1] or 0)
+
+
+def _columns(base: sqlite3.Connection, table: str) -> set[str]:
+    """Return the names of a table's columns; none where there is no such table."""
+    return {row[1] for row in base.execute(f'PRAGMA table_info({table})')}
 
 
 @dataclass(frozen=True, kw_only=True)
 class SqliteScan:
-    """What was found in a file.
+    """A `StorageScan` of the SQLite format.
 
     Attributes:
         path: The file.
         topics: Its topics.
         span: Its messages.
-        finished: Whether it holds a summary, and indexes that fit its messages.
-        compressed: Whether its messages are.
+        damage: Why the file needs repair; empty for a sound file.
+        compressed: Whether each message is compressed.
+        metadata: Copy of the bag's metadata, or empty.
+        distro: ROS distribution, or empty.
+        dropped_bytes: None: SQLite itself undoes what was not committed.
     """
 
     path: Path
     topics: tuple[BagTopic, ...]
     span: FileSpan
-    finished: bool
+    damage: str
     compressed: bool
+    metadata: str
+    distro: str
+    dropped_bytes: int = 0
+
+    def write_repaired(self, target: Path, metadata: str) -> None:
+        """Copy the file, make the indexes of the copy anew and add the bag's metadata.
+
+        Offers that are damaged are removed: other readers refuse the whole file for them.
+
+        Raises:
+            OSError: The copy cannot be written.
+        """
+        _copy(self.path, target)
+        with _as_os_error(), closing(sqlite3.connect(target)) as base, base:
+            base.execute('PRAGMA journal_mode=DELETE')
+            base.execute('REINDEX')
+            if _columns(base, 'metadata'):
+                base.execute('DELETE FROM metadata')
+                _add_metadata(base, metadata)
+            if 'offered_qos_profiles' in _columns(base, 'topics'):
+                base.executemany(
+                    'UPDATE topics SET offered_qos_profiles = ? WHERE name = ?',
+                    [(offers_to_text(topic.offers), topic.name) for topic in self.topics],
+                )
 
 
-def is_unborn_sqlite(path: Path) -> bool:
-    """Return whether a file is the beginning of a bag's that got no further than its tables."""
-    try:
-        with closing(sqlite3.connect(path)) as base:
-            rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-            tables = {name for (name,) in rows}
-    except sqlite3.Error:
-        return False
-    return 'messages' not in tables and tables <= _FIRST_TABLES
+def _copy(path: Path, target: Path) -> None:
+    """Copy a file with the journal of a killed process, if there is one."""
+    journal = path.with_name(f'{path.name}-journal')
+    if journal.exists():
+        shutil.copyfile(journal, target.with_name(f'{target.name}-journal'))
+    shutil.copyfile(path, target)
 
 
 def scan_sqlite(path: Path) -> SqliteScan:
-    """Return what is in a file; SQLite itself undoes what a killed process left half done.
+    """Read a file whole, as SQLite recovers it from the death of its writer.
 
     Raises:
-        BagError: It is no such file, or damaged beyond that.
+        BagError: It is no such file, or cannot be recovered.
     """
     try:
-        with closing(sqlite3.connect(path)) as base:
-            (answer,) = base.execute('PRAGMA quick_check(1)').fetchone()
-            if answer != 'ok':
-                raise BagError(path, f'is damaged beyond repair: {answer}')
-            return _scan(path, base, indexed=base.execute(_CHECK_ALL).fetchone()[0] == 'ok')
+        with _recovered(path) as base:
+            return _scan(path, base)
     except sqlite3.Error as error:
         raise BagError(path, f'is no SQLite file of a bag: {error}') from None
     except (ValueError, TypeError, AttributeError, KeyError) as error:
         raise BagError(path, f'is damaged: {type(error).__name__}, {error}') from None
 
 
-def _scan(path: Path, base: sqlite3.Connection, *, indexed: bool) -> SqliteScan:
-    definitions = {
-        name: (encoding, text)
-        for name, encoding, text in base.execute(
-            'SELECT topic_type, encoding, encoded_message_definition FROM message_definitions'
-        )
-    }
-    topics, names = [], {}
-    rows = base.execute(
-        'SELECT id, name, type, offered_qos_profiles, type_description_hash FROM topics'
-    )
-    for number, name, type_name, offers, type_hash in rows:
-        encoding, text = definitions.get(type_name, ('ros2msg', ''))
-        names[number] = name
-        topics.append(
-            BagTopic(
-                name=name,
-                type_name=type_name,
-                type_hash=type_hash,
-                offers=parse_offers(offers),
-                definition=text,
-                encoding=encoding,
-            )
-        )
-    rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
-    counts = {names[number]: count for number, count in rows if number in names}
-    first_ns, last_ns = base.execute(
-        'SELECT MIN(timestamp), MAX(timestamp) FROM messages'
-    ).fetchone()
+@contextmanager
+def _recovered(path: Path) -> Iterator[sqlite3.Connection]:
+    """Open a file as SQLite recovers it, without a change to the file: a copy if it must."""
+    journal = path.with_name(f'{path.name}-journal')
+    with ExitStack() as stack:
+        source, mode = path, 'ro'
+        if journal.exists() and journal.stat().st_size:
+            folder = stack.enter_context(TemporaryDirectory(dir=path.parent, prefix='.repair-'))
+            source, mode = Path(folder) / path.name, 'rw'
+            _copy(path, source)
+        address = f'{source.absolute().as_uri()}?mode={mode}'
+        yield stack.enter_context(closing(sqlite3.connect(address, uri=True)))
+
+
+def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
+    (answer,) = base.execute('PRAGMA quick_check(1)').fetchone()
+    if answer != 'ok':
+        raise BagError(path, f'is damaged beyond repair: {answer}')
+    topics = _read_topics(base)
     sample = base.execute('SELECT data FROM messages LIMIT 1').fetchone()
+    metadata = _last(base, 'metadata', 'metadata')
     return SqliteScan(
         path=path,
-        topics=tuple(topics),
-        span=FileSpan(
-            name=path.name,
-            counts=counts,
-            first_ns=INFINITE_NS if first_ns is None else first_ns,
-            last_ns=last_ns or 0,
-        ),
-        finished=indexed and bool(base.execute('SELECT COUNT(*) FROM metadata').fetchone()[0]),
+        topics=tuple(topics.values()),
+        span=_read_span(path.name, base, topics),
+        damage=_damage(path, base, closed=bool(metadata)),
         compressed=bool(sample) and bytes(sample[0][:4]) == _ZSTD_MAGIC,
+        metadata=metadata,
+        distro=_last(base, 'schema', 'ros_distro'),
     )
 
 
-def repair_sqlite(scan: SqliteScan, metadata: str, topics: Iterable[BagTopic]) -> None:
-    """Make the indexes anew and add the bag's summary.
+def _last(base: sqlite3.Connection, table: str, column: str) -> str:
+    """Return the text in the last row of a table; empty where there is none."""
+    if column not in _columns(base, table):
+        return ''
+    rows = base.execute(f'SELECT {column} FROM {table}').fetchall()  # noqa: S608 - our names
+    return str(rows[-1][0]) if rows else ''
 
-    A reader that finds other offers in a file than in the summary takes the topics for different
-    ones, and gives none of their messages.
 
-    Args:
-        scan: The file.
-        metadata: The summary.
-        topics: The topics in the summary.
+def _damage(path: Path, base: sqlite3.Connection, *, closed: bool) -> str:
+    if path.with_name(f'{path.name}-journal').exists() or (
+        not closed and _columns(base, 'metadata')
+    ):
+        return 'its recorder did not close it'
+    if base.execute('PRAGMA integrity_check(1)').fetchone()[0] != 'ok':
+        return 'its index does not match its messages'
+    if 'offered_qos_profiles' in _columns(base, 'topics'):
+        texts = [text for (text,) in base.execute('SELECT offered_qos_profiles FROM topics')]
+        if any(text.strip() not in ('', '[]') and not parse_offers(text) for text in texts):
+            return 'its quality of service is damaged'
+    return ''
 
-    Raises:
-        OSError: The file cannot be written.
-    """
+
+def is_truncated_database(path: Path) -> bool:
+    """Return whether a file is the beginning of a bag's, without a table of messages yet."""
     try:
-        with closing(sqlite3.connect(scan.path)) as base, base:
-            base.execute('REINDEX')
-            base.executemany(
-                'UPDATE topics SET offered_qos_profiles = ? WHERE name = ?',
-                [(offers_to_text(topic.offers), topic.name) for topic in topics],
-            )
-            base.execute('DELETE FROM metadata')
-            base.execute('INSERT INTO metadata VALUES(NULL, ?, ?)', (METADATA_VERSION, metadata))
-    except sqlite3.Error as error:
-        raise OSError(str(error)) from error
+        with _recovered(path) as base:
+            rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+            tables = {name for (name,) in rows}
+    except sqlite3.Error:
+        return False
+    return 'messages' not in tables and tables <= _FIRST_TABLES

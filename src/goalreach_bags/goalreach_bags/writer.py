@@ -9,22 +9,22 @@ import time
 from typing import Final, NoReturn
 
 from goalreach_bags.mcap_file import McapWriter
-from goalreach_bags.metadata import BagMetadata, FileSpan, metadata_text, write_metadata
+from goalreach_bags.metadata import BagMetadata, metadata_text, total_span, write_metadata
+from goalreach_bags.options import StorageOptions
 from goalreach_bags.sqlite_file import SqliteWriter
-from goalreach_bags.topic import (
-    INFINITE_NS,
+from goalreach_bags.storage import (
+    NO_TIME_NS,
+    SUFFIXES,
     BagError,
     BagStoppedError,
-    BagTopic,
+    FileSpan,
     StorageFile,
-    StorageOptions,
 )
+from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 FLUSH_S: Final = 1.0
 """What a recorder holds in memory is at most so old. Chosen: the loss at a sudden death."""
-
-_SUFFIXES: Final = {'mcap': '.mcap', 'sqlite3': '.db3'}
 
 
 def require_new_bag(path: Path) -> None:
@@ -67,7 +67,7 @@ class BagWriter:
         self._numbers: dict[str, int] = {}
         self._done: list[FileSpan] = []
         self.custom: dict[str, str] = {}
-        self._first_ns, self._last_ns = INFINITE_NS, 0
+        self._first_ns, self._last_ns = NO_TIME_NS, 0
         self._flushed_s = now()
         require_new_bag(self.path)
         try:
@@ -140,11 +140,12 @@ class BagWriter:
 
     def metadata(self) -> BagMetadata:
         """Return the summary of what was written so far."""
-        spans = self._done if self._file is None else [*self._done, self._current()]
+        spans = tuple(self._done if self._file is None else [*self._done, self._current()])
         return BagMetadata(
             storage=self._options.storage,
             topics=tuple(self._topics.values()),
-            files=tuple(spans),
+            files=spans,
+            total=total_span(spans),
             compression_mode='MESSAGE' if self._compresses_messages else '',
             custom=self.custom,
         )
@@ -160,10 +161,10 @@ class BagWriter:
         return self._file
 
     def _open_file(self) -> StorageFile:
-        suffix = _SUFFIXES[self._options.storage]
+        suffix = SUFFIXES[self._options.storage]
         self._name = f'{self.path.name}_{len(self._done)}{suffix}'
         self._counts: dict[str, int] = {}
-        self._first_ns, self._last_ns = INFINITE_NS, 0
+        self._first_ns, self._last_ns = NO_TIME_NS, 0
         self._flushed = self._current()
         make = McapWriter if self._options.storage == 'mcap' else SqliteWriter
         return make(self.path / self._name, zstd=self._options.zstd)

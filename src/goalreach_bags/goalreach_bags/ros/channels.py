@@ -15,16 +15,19 @@ from rclpy.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 
 from goalreach_bags.decode import begins_with_stamp
+from goalreach_bags.options import TopicSelection
 from goalreach_bags.tick_order import SequenceCount
-from goalreach_bags.topic import (
-    INFINITE_NS,
-    BagTopic,
-    QosOffer,
-    TopicSelection,
-    message_definition,
-)
+from goalreach_bags.topic import INFINITE, BagTopic, message_definition
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.topics import CLOCK
@@ -51,21 +54,22 @@ def bag_topic(node: Node, name: str, type_name: str) -> BagTopic:
     )
 
 
-def _offer(profile: QoSProfile) -> QosOffer:
-    return QosOffer(
-        history=profile.history.short_key,
+def _offer(profile: QoSProfile) -> Qos:
+    return Qos(
+        history=QosHistory[profile.history.name],
         depth=profile.depth,
-        reliability=profile.reliability.short_key,
-        durability=profile.durability.short_key,
-        liveliness=profile.liveliness.short_key,
-        deadline_ns=_nanoseconds(profile.deadline),
-        lifespan_ns=_nanoseconds(profile.lifespan),
-        liveliness_lease_duration_ns=_nanoseconds(profile.liveliness_lease_duration),
+        reliability=QosReliability[profile.reliability.name],
+        durability=QosDurability[profile.durability.name],
+        deadline=_time(profile.deadline),
+        lifespan=_time(profile.lifespan),
+        liveliness=QosLiveliness[profile.liveliness.name],
+        liveliness_lease_duration=_time(profile.liveliness_lease_duration),
+        avoid_ros_namespace_conventions=False,
     )
 
 
-def _nanoseconds(duration: Any) -> int:
-    return INFINITE_NS if duration == Infinite else int(duration.nanoseconds)
+def _time(duration: Any) -> QosTime:
+    return INFINITE if duration == Infinite else QosTime(*divmod(duration.nanoseconds, 10**9))
 
 
 def recording_profile(publishers: Iterable[Any], depth: int) -> QoSProfile:
@@ -85,7 +89,7 @@ def recording_profile(publishers: Iterable[Any], depth: int) -> QoSProfile:
     )
 
 
-def publisher_profile(offers: Sequence[QosOffer]) -> QoSProfile:
+def publisher_profile(offers: Sequence[Qos]) -> QoSProfile:
     """Return the profile with which to publish a topic of a bag again.
 
     Where publishers differed, the strictest of reliability and durability, so that every
@@ -94,19 +98,20 @@ def publisher_profile(offers: Sequence[QosOffer]) -> QoSProfile:
     Args:
         offers: What the recorded publishers offered.
     """
-    reliable = not offers or any(offer.reliability == 'reliable' for offer in offers)
-    latched = sum(offer.durability == 'transient_local' for offer in offers)
+    best_effort = {offer.reliability for offer in offers} == {QosReliability.BEST_EFFORT}
+    latched = sum(offer.durability is QosDurability.TRANSIENT_LOCAL for offer in offers)
     depth = max((offer.depth for offer in offers), default=0) or latched or _REPLAY_DEPTH
     profile = QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        reliability=ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         liveliness=LivelinessPolicy.AUTOMATIC,
     )
-    deadlines_ns = {offer.deadline_ns for offer in offers}
-    if len(deadlines_ns) == 1 and INFINITE_NS not in deadlines_ns:
-        profile.deadline = Duration(nanoseconds=deadlines_ns.pop())
+    deadlines = {offer.deadline for offer in offers}
+    if len(deadlines) == 1 and INFINITE not in deadlines:
+        deadline = deadlines.pop()
+        profile.deadline = Duration(seconds=deadline.sec, nanoseconds=deadline.nsec)
     return profile
 
 

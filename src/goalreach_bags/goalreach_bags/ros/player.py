@@ -18,13 +18,14 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rosbags.interfaces import QosDurability
 from rosgraph_msgs.msg import Clock
 
 from goalreach_bags.decode import Decoder
 from goalreach_bags.options import ReplayOptions
 from goalreach_bags.reader import BagMessage, BagReader
 from goalreach_bags.ros.channels import publisher_profile
-from goalreach_bags.topic import BagError
+from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.ros.common_messages import stamp_to_msg
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
@@ -205,7 +206,10 @@ class Player(Node):
         latched = [
             name
             for name in self._names
-            if any(o.durability == 'transient_local' for o in self._bag.topics[name].offers)
+            if any(
+                o.durability is QosDurability.TRANSIENT_LOCAL
+                for o in self._bag.topics[name].offers
+            )
         ]
         sent = 0
         if latched and self._first_ns > self._bag.first_ns:

@@ -21,7 +21,7 @@ from goalreach_bags.decode import Decoder, stamp_of
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
 from goalreach_bags.ros.channels import publisher_profile
-from goalreach_bags.topic import BagError
+from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
@@ -227,7 +227,7 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[Feeder]:
 def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path) -> Path:
     """Write the recorded parameters, with those of a file over them."""
     recorded_path, path = directory / 'recorded.yaml', directory / 'parameters.yaml'
-    text = bag.custom.get(PARAMETERS_KEY)
+    text = bag.metadata.custom.get(PARAMETERS_KEY)
     if text is None and params_file is None:
         raise BagError(
             bag.path,

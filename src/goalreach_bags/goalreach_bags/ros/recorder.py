@@ -24,8 +24,8 @@ from goalreach_bags.recording import (
     RecordingResult,
 )
 from goalreach_bags.ros.channels import Arrival, Channels
+from goalreach_bags.storage import BagStoppedError
 from goalreach_bags.tick_order import TickOrder
-from goalreach_bags.topic import BagStoppedError
 from goalreach_bags.writer import BagWriter
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE

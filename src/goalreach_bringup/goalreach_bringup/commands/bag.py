@@ -123,9 +123,9 @@ def _reference(options: ReferenceOptions) -> int:
 def _compare(options: CompareOptions) -> int:
     """Print a table; return 1 where the bags differ."""
     from goalreach_bags.compare import WALL_CLOCK_TOPICS, compare_bags
+    from goalreach_bags.options import TopicSelection
     from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_comparison
-    from goalreach_bags.topic import TopicSelection
 
     exclude = options.exclude or tuple(f'^{name}$' for name in WALL_CLOCK_TOPICS)
     selection = TopicSelection(names=options.topics, exclude=exclude)

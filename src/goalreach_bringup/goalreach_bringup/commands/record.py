@@ -24,5 +24,5 @@ def execute(options: Options) -> int:
         raise ConfigurationError('--repair', '', 'followed by the bag')
     from goalreach_bags.repair import repair_bag
 
-    print(repair_bag(options.bag))
+    print(repair_bag(options.bag, replace_files=options.replace))
     return 0

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Final
 
-from goalreach_bags.topic import STORAGES
+from goalreach_bags.storage import STORAGES
 from goalreach_evaluation.choices import arena_option
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.errors import ConfigurationError
