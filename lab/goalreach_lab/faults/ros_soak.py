@@ -14,8 +14,7 @@ from goalreach_bringup.launch.environment import present_files
 from goalreach_lab.faults.kinds import KINDS
 from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_injector import Injector
-from goalreach_lab.faults.soak import Sample
-from goalreach_lab.rigs.processes import descendants_of, holdings_of
+from goalreach_lab.rigs.processes import Sample, descendants_of, holdings_of
 from goalreach_msgs_py.errors import GoalreachError
 
 _LASTING: Final = ('parameter', 'dark', 'light', 'bumper', 'carry', 'place', 'stop')

@@ -10,7 +10,7 @@ import sys
 from typing import Final
 
 from goalreach_lab.options import BenchOptions
-from goalreach_lab.rigs.processes import Holdings
+from goalreach_lab.rigs.processes import Sample
 from goalreach_lab.rigs.stack import free_domains
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_msgs_py.options import option
@@ -27,23 +27,6 @@ class Options(BenchOptions):
 
     hours: float = option(2.0, 'simulated hours', above=0.0, maximum=1000.0)
     clock: str = option('lockstep', 'how time passes', choices=('lockstep', 'realtime'))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sample:
-    """Holdings of one process at one moment.
-
-    Attributes:
-        pid: Process id.
-        clock_s: Simulated time.
-        holdings: What it held.
-        present_files: Files of Fast DDS in shared memory, of all processes of the machine.
-    """
-
-    pid: int
-    clock_s: float
-    holdings: Holdings
-    present_files: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

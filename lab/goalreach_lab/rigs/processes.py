@@ -42,6 +42,23 @@ class Holdings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Sample:
+    """Holdings of one process at one moment.
+
+    Attributes:
+        pid: Process id.
+        clock_s: Simulated time.
+        holdings: What it held.
+        present_files: Files of Fast DDS in shared memory, of all processes of the machine.
+    """
+
+    pid: int
+    clock_s: float
+    holdings: Holdings
+    present_files: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Listener:
     """A socket that accepts connections or packets from others.
 

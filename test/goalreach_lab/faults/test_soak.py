@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from goalreach_lab.faults.soak import Sample, files_gained, growths
-from goalreach_lab.rigs.processes import Holdings
+from goalreach_lab.faults.soak import files_gained, growths
+from goalreach_lab.rigs.processes import Holdings, Sample
 
 
 def samples(
