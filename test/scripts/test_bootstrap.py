@@ -142,7 +142,7 @@ def test_sourced_workspace_is_used_as_it_is(clone: Clone, tmp_path: Path) -> Non
 
 
 def test_sourced_workspace_without_a_dependency_says_which(clone: Clone, tmp_path: Path) -> None:
-    for name in ('rclpy', 'cv2', 'matplotlib', 'mcap', 'numpy', 'psutil', 'yaml'):
+    for name in ('rclpy', 'cv2', 'matplotlib', 'mcap', 'numpy', 'psutil', 'yaml', 'zstandard'):
         place_package(tmp_path / 'opt' / name)
 
     outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
