@@ -92,6 +92,18 @@ def test_texts_speak_of_the_project_alone() -> None:
     assert not complaints, '\n'.join(complaints)
 
 
+def test_documents_name_files_that_exist() -> None:
+    missing = []
+    for path in [*ROOT.glob('*.md'), *ROOT.glob('docs/**/*.md')]:
+        text = path.read_text()
+        links = re.findall(r'\]\((?!https?:|#)([^)#]+)', text)
+        names = re.findall(r'`((?:src|lab|test|scripts|docs|examples)/[\w./-]+)`', text)
+        missing += [f'{path.name}: {n}' for n in links if not (path.parent / n).exists()]
+        missing += [f'{path.name}: {n}' for n in names if not (ROOT / n).exists()]
+
+    assert not missing, '\n'.join(missing)
+
+
 def test_every_package_has_the_same_version() -> None:
     folders = {path.parent.name for path in ROOT.glob('src/*/package.xml')}
     manifests = [_manifest(package) for package in PACKAGES]
