@@ -1,29 +1,29 @@
 import pytest
 
-from goalreach_dashboard.health import Health, NodeStatus, TopicRate
+from goalreach_dashboard.health import GraphHealth, NodeStatus, TopicRate
 
 
-def make() -> Health:
-    return Health({'robot': ('/clock',), 'eye': ('/pose',)})
+def make() -> GraphHealth:
+    return GraphHealth({'robot': ('/clock',), 'eye': ('/pose',)})
 
 
-def test_a_node_that_was_never_there_is_unseen() -> None:
+def test_a_node_that_was_never_seen_is_unseen() -> None:
     assert make().status('robot', 100.0) is NodeStatus.UNSEEN
 
 
 def test_a_killed_node_is_down_within_two_seconds() -> None:
     health = make()
     health.record_message('/clock', 10.0, 1)
-    health.record_answer('robot', 10.1)
+    health.record_response('robot', 10.1)
     assert health.status('robot', 10.5) is NodeStatus.UP
     assert health.status('robot', 11.0) is NodeStatus.DOWN
-    assert health.silent_s('robot', 12.1) == pytest.approx(2.0)
+    assert health.silence_s('robot', 12.1) == pytest.approx(2.0)
 
 
 def test_a_node_without_input_is_quiet_not_down() -> None:
     health = make()
     health.record_message('/pose', 10.0, 1)
-    health.record_answer('eye', 19.8)
+    health.record_response('eye', 19.8)
     assert health.status('eye', 20.0) is NodeStatus.QUIET
 
 

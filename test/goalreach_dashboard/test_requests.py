@@ -4,13 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_dashboard.requests import (
-    mode_request,
-    noise_request,
-    place_request,
-    place_request_from_picture,
-    speed_request,
-)
+from goalreach_dashboard.requests import ModeRequest, NoiseRequest, PlaceRequest, SpeedRequest
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 
@@ -24,7 +18,7 @@ _anything = st.recursive(
 
 def test_a_press_places_facing_the_goal_wall() -> None:
     """The arena is 508 cm long; the picture's y is measured from the far wall."""
-    pose = place_request_from_picture({'x': 100, 'y': 108, 'dx': 2, 'dy': 1}, ARENA).pose
+    pose = PlaceRequest.from_drag({'x': 100, 'y': 108, 'dx': 2, 'dy': 1}, ARENA).pose
     assert (pose.x_m, pose.y_m) == (1.0, 4.0)
     assert pose.heading_rad == -math.pi / 2
 
@@ -33,36 +27,36 @@ def test_a_press_places_facing_the_goal_wall() -> None:
     ('dx', 'dy', 'heading_rad'),
     [(50, 0, 0.0), (0, -50, math.pi / 2), (-50, 0, math.pi), (30, 30, -math.pi / 4)],
 )
-def test_a_drag_turns_it(dx: float, dy: float, heading_rad: float) -> None:
-    request = place_request_from_picture({'x': 100, 'y': 108, 'dx': dx, 'dy': dy}, ARENA)
+def test_a_drag_sets_the_heading(dx: float, dy: float, heading_rad: float) -> None:
+    request = PlaceRequest.from_drag({'x': 100, 'y': 108, 'dx': dx, 'dy': dy}, ARENA)
     assert request.pose.heading_rad == pytest.approx(heading_rad)
 
 
 @given(_anything)
 def test_whatever_a_browser_sends_is_refused_or_a_pose_on_the_floor(sent: object) -> None:
     try:
-        pose = place_request_from_picture(sent, ARENA).pose
+        pose = PlaceRequest.from_drag(sent, ARENA).pose
     except ConfigurationError:
         return
     assert ARENA.is_free(pose.x_m, pose.y_m)
 
 
-@pytest.mark.parametrize('sent', [None, '1', True, math.nan, math.inf, 0.0, 101.0, -1.0, [1.0]])
-def test_a_speed_that_is_none_is_refused(sent: object) -> None:
+@pytest.mark.parametrize('speed', [None, '1', True, math.nan, math.inf, 0.0, 101.0, -1.0, [1.0]])
+def test_a_bad_speed_is_refused(speed: float) -> None:
     with pytest.raises(ConfigurationError, match='speed'):
-        speed_request(sent)
+        SpeedRequest(speed=speed)
 
 
 def test_names_must_be_known() -> None:
-    assert mode_request('crisp').mode == 'crisp'
-    assert noise_request('harsh').preset == 'harsh'
+    assert ModeRequest(mode='crisp').mode == 'crisp'
+    assert NoiseRequest(preset='harsh').preset == 'harsh'
     for wrong in ('bold', '', None, 3, ['crisp']):
         with pytest.raises(ConfigurationError, match='mode'):
-            mode_request(wrong)
+            ModeRequest(mode=wrong)  # type: ignore[arg-type]
         with pytest.raises(ConfigurationError, match='noise'):
-            noise_request(wrong)
+            NoiseRequest(preset=wrong)  # type: ignore[arg-type]
 
 
 def test_a_place_in_the_wall_is_refused() -> None:
     with pytest.raises(ConfigurationError, match='on the free floor'):
-        place_request(0.1, 2.0, 0.0, ARENA)
+        PlaceRequest.at(0.1, 2.0, 0.0, ARENA)

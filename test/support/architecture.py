@@ -40,8 +40,8 @@ ROSDEP_KEYS = {
 # Without such a key, or only in an extra: pyproject.toml alone names them.
 PIP_ONLY = {
     'aiohttp', 'atheris', 'distributed', 'fastapi', 'filterpy', 'gymnasium', 'irsim', 'mcap',
-    'nicegui', 'rosbags', 'selenium', 'socketio', 'stable_baselines3', 'torch', 'uvicorn',
-    'zstandard',
+    'nicegui', 'rosbags', 'selenium', 'socketio', 'stable_baselines3', 'starlette', 'torch',
+    'uvicorn', 'zstandard',
 }  # fmt: skip
 
 IO_MODULES = {

@@ -1,4 +1,4 @@
-"""Which nodes live, and how often each topic speaks, from what was heard and when."""
+"""Liveness of nodes and rates of topics, from what was received and when."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ from dataclasses import dataclass, field
 import enum
 from typing import Final
 
-_SILENT_S: Final = 0.8
-"""Silence after which a node is no longer taken for alive; a killed one is told within 2 s."""
-_SHOWN_S: Final = 2.0
-"""How long a silence is shown at least: a launcher may start a dead node again at once."""
-_WINDOW_S: Final = 2.0
-_SAMPLE_S: Final = 0.5
+_TIMEOUT_S: Final = 0.8
+"""Silence after which a node counts as down: within 2 s of being killed it is shown."""
+_MIN_DOWN_S: Final = 2.0
+"""Shortest time for which a node is shown as down: launchers restart dead nodes at once."""
+_RATE_WINDOW_S: Final = 2.0
+_RATE_PERIOD_S: Final = 0.5
 
 
 class NodeStatus(enum.Enum):
-    """What is known of a node."""
+    """Liveness of a node.
+
+    UP: it publishes. QUIET: it responds to services and publishes nothing, because the simulation
+    is paused or an input is missing. DOWN: neither. UNSEEN: neither, ever.
+    """
 
     UP = 'up'
     QUIET = 'quiet'
@@ -27,101 +31,97 @@ class NodeStatus(enum.Enum):
 
 @dataclass
 class TopicRate:
-    """Messages of one topic, by the publisher's own count: none need be taken to be counted.
+    """Counts the messages of one topic by sequence number, so that none need be taken.
 
     Attributes:
-        heard_s: When the last message was noticed, or None.
-        total: Messages so far.
+        received_s: Time of the last message, or None.
+        total: Number of messages.
     """
 
-    heard_s: float | None = None
+    received_s: float | None = None
     total: int = 0
     _number: int | None = None
     _samples: deque[tuple[float, int]] = field(default_factory=deque)
 
     def record_message(self, now_s: float, number: int) -> None:
-        """Take note of a message.
+        """Record a message.
 
         Args:
-            now_s: Wall time.
-            number: The publisher's sequence number, ascending; another publisher may start anew.
+            now_s: Time of the monotonic clock.
+            number: The publisher's ascending sequence number; a new publisher starts again.
         """
         if number == self._number:
             return
         step = 1 if self._number is None or number < self._number else number - self._number
         self._number = number
         self.total += step
-        self.heard_s = now_s
+        self.received_s = now_s
 
     def rate_hz(self, now_s: float) -> float:
-        """Return messages per second over the last two seconds; renewed twice a second."""
-        if not self._samples or now_s - self._samples[-1][0] >= _SAMPLE_S:
+        """Return messages per second over the last two seconds, updated twice a second."""
+        if not self._samples or now_s - self._samples[-1][0] >= _RATE_PERIOD_S:
             self._samples.append((now_s, self.total))
-        while len(self._samples) > 1 and now_s - self._samples[0][0] > _WINDOW_S:
+        while len(self._samples) > 1 and now_s - self._samples[0][0] > _RATE_WINDOW_S:
             self._samples.popleft()
         (began_s, before), (ended_s, after) = self._samples[0], self._samples[-1]
         return (after - before) / (ended_s - began_s) if ended_s > began_s else 0.0
 
 
-class Health:
-    """Nodes by what they publish and whether they answer.
+class GraphHealth:
+    """Liveness of nodes, by what they publish and whether they respond to services.
 
     Args:
         topics_of: By node, the topics that only it publishes.
+
+    Attributes:
+        topics: Rates by topic.
     """
 
     def __init__(self, topics_of: Mapping[str, tuple[str, ...]]) -> None:
-        """Know no topic yet."""
+        """Start without topics."""
         self._topics_of = dict(topics_of)
-        self._answered_s: dict[str, float] = {}
+        self._responded_s: dict[str, float] = {}
         self._down_s: dict[str, float] = {}
         self.topics: dict[str, TopicRate] = {}
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """Names of the nodes watched."""
+        """Names of the nodes."""
         return tuple(self._topics_of)
 
     def record_message(self, topic: str, now_s: float, number: int) -> None:
-        """Take note of a message of a topic."""
+        """Record a message of a topic; see `TopicRate.record_message`."""
         self.topics.setdefault(topic, TopicRate()).record_message(now_s, number)
 
-    def record_answer(self, node: str, now_s: float) -> None:
-        """Take note that a node answered a question."""
-        self._answered_s[node] = now_s
+    def record_response(self, node: str, now_s: float) -> None:
+        """Record that a node responded to a service call."""
+        self._responded_s[node] = now_s
 
     def status(self, node: str, now_s: float) -> NodeStatus:
-        """Return what is known of a node.
-
-        UP publishes; QUIET answers and publishes nothing (the simulation stands still, or its
-        inputs are missing); DOWN does neither, and once did, or has only just come back.
-        """
+        """Return the status of a node; one that was down is shown so for 2 s at least."""
         status = self._status(node, now_s)
         if status is NodeStatus.DOWN:
             self._down_s.setdefault(node, now_s)
-        elif now_s - self._down_s.get(node, -_SHOWN_S) < _SHOWN_S:
+        elif now_s - self._down_s.get(node, -_MIN_DOWN_S) < _MIN_DOWN_S:
             return NodeStatus.DOWN
         else:
             self._down_s.pop(node, None)
         return status
 
     def _status(self, node: str, now_s: float) -> NodeStatus:
-        heard_s, answered_s = self._heard_s(node), self._answered_s.get(node)
-        if heard_s is not None and now_s - heard_s < _SILENT_S:
+        published_s, responded_s = self._published_s(node), self._responded_s.get(node)
+        if published_s is not None and now_s - published_s < _TIMEOUT_S:
             return NodeStatus.UP
-        if answered_s is not None and now_s - answered_s < _SILENT_S:
+        if responded_s is not None and now_s - responded_s < _TIMEOUT_S:
             return NodeStatus.QUIET
-        return NodeStatus.UNSEEN if heard_s is answered_s is None else NodeStatus.DOWN
+        return NodeStatus.UNSEEN if published_s is responded_s is None else NodeStatus.DOWN
 
-    def silent_s(self, node: str, now_s: float) -> float:
-        """Return for how long a node has given no sign of life; 0 where it never did."""
-        signs = [t for t in (self._heard_s(node), self._answered_s.get(node)) if t is not None]
-        return now_s - max(signs) if signs else 0.0
+    def silence_s(self, node: str, now_s: float) -> float:
+        """Return the time since a node's last sign of life; 0 where it never gave one."""
+        times = (self._published_s(node), self._responded_s.get(node))
+        return min((now_s - time_s for time_s in times if time_s is not None), default=0.0)
 
-    def _heard_s(self, node: str) -> float | None:
-        heard = [
-            rate.heard_s
-            for topic in self._topics_of[node]
-            if (rate := self.topics.get(topic)) is not None and rate.heard_s is not None
-        ]
-        return max(heard, default=None)
+    def _published_s(self, node: str) -> float | None:
+        rates = [self.topics.get(topic) for topic in self._topics_of[node]]
+        times = [rate.received_s for rate in rates if rate and rate.received_s is not None]
+        return max(times, default=None)

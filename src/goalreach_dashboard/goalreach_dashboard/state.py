@@ -1,4 +1,4 @@
-"""All that the page knows, filled from messages and read by the views."""
+"""State of the live page: filled from messages, read by the views; no ROS, no browser."""
 
 from __future__ import annotations
 
@@ -10,25 +10,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from goalreach_dashboard.health import Health
-from goalreach_dashboard.trails import RobotPicture
+from goalreach_dashboard.health import GraphHealth
+from goalreach_dashboard.pose_history import PoseHistory
 from goalreach_learning.policy import Policy
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.topics import (
-    CLOCK,
-    CMD_VEL,
-    CONTROLLER,
-    ESTIMATOR,
-    GROUND_TRUTH,
-    LOCALIZER,
-    NODES,
-    POSE,
-    ROBOT,
-    STATE,
-)
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
     FloatArray,
+    HeadAngles,
     LandmarkObservation,
     PathOutcome,
     PoseEstimate,
@@ -38,113 +29,119 @@ from goalreach_msgs_py.values import (
 from goalreach_perception.state_estimator import StateEstimatorConfig
 
 WINDOW: Final = 22
-"""Paths of a trial, section "The Simulation Phase": success is told of so many."""
-_POINTS: Final = 600
+"""Paths over which success is averaged: those of a trial, section "The Simulation Phase"."""
+_MAX_CURVE_POINTS: Final = 600
+_DEFAULT_FOV_RAD: Final = math.radians(60.0)
+_PAUSE_TOLERANCE_NS: Final = 200_000_000
+_TRUSTED_SIGMA_M: Final = StateEstimatorConfig().max_position_sigma_m
+TOPICS_OF: Final = {
+    ROBOT: (topics.CLOCK, topics.GROUND_TRUTH),
+    LOCALIZER: (topics.POSE,),
+    ESTIMATOR: (topics.STATE,),
+    CONTROLLER: (topics.CMD_VEL,),
+}
+"""By node, topics that it publishes at every tick."""
+
+Landmarks = tuple[LandmarkObservation | None, ...]
 
 
-class LearningBook:
-    """Counts finished paths and keeps the curve of success over the last 22 of them.
+class PathStatistics:
+    """Counts finished paths and the share of goals among the last 22 of them.
 
     Attributes:
-        paths: Paths that ended since the page began to listen.
-        goals: Those declared at the goal, truly in it where the truth is known.
-        false_goals: Those declared at the goal with the robot outside.
-        bumps: Those that ended at a wall.
-        timeouts: Those that took too long.
+        total: Paths finished since the page started.
+        goals: Paths declared at the goal, truly in it where the truth is known.
+        false_goals: Paths declared at the goal with the robot outside.
+        bumps: Paths that ended at a wall.
+        timeouts: Paths that took too long.
         last: The last finished action, or None.
         curve: Number of a path, from 1, and the share of goals among the 22 paths up to it;
-            at most 600 points, of which every other one is left out when they are too many.
+            beyond 600 points every other one is dropped.
     """
 
     def __init__(self) -> None:
-        """Start an empty book."""
-        self.paths = self.goals = self.false_goals = self.bumps = self.timeouts = 0
+        """Start with no path."""
+        self.total = self.goals = self.false_goals = self.bumps = self.timeouts = 0
         self.last: Transition | None = None
         self.curve: list[tuple[int, float]] = []
         self._recent: deque[bool] = deque(maxlen=WINDOW)
 
     def add(self, transition: Transition, *, in_goal: bool | None) -> None:
-        """Take a finished action.
+        """Add a finished action.
 
         Args:
             transition: The action.
-            in_goal: Whether the true position was in the goal region, None where it is not known.
+            in_goal: Whether the true position is in the goal region; None where unknown.
         """
         self.last = transition
-        if transition.outcome is None:
+        outcome = transition.outcome
+        if outcome is None:
             return
-        goal = transition.outcome is PathOutcome.GOAL and in_goal is not False
-        self.paths += 1
+        goal = outcome is PathOutcome.GOAL and in_goal is not False
+        self.total += 1
         self.goals += goal
-        self.false_goals += transition.outcome is PathOutcome.GOAL and not goal
-        self.bumps += transition.outcome is PathOutcome.BUMP
-        self.timeouts += transition.outcome is PathOutcome.TIMEOUT
+        self.false_goals += outcome is PathOutcome.GOAL and not goal
+        self.bumps += outcome is PathOutcome.BUMP
+        self.timeouts += outcome is PathOutcome.TIMEOUT
         self._recent.append(goal)
         number = transition.path + 1
         while self.curve and self.curve[-1][0] >= number:
-            self.curve.pop()  # a path that is driven again, after a node was started again
+            self.curve.pop()  # a restarted controller repeats a path
         self.curve.append((number, sum(self._recent) / len(self._recent)))
-        if len(self.curve) > _POINTS:
+        if len(self.curve) > _MAX_CURVE_POINTS:
             self.curve = self.curve[::2]
-
-
-_DEFAULT_FOV_RAD: Final = math.radians(60.0)
-_SLACK_NS: Final = 200_000_000
-_SURE_M: Final = StateEstimatorConfig().max_position_sigma_m
-TOPICS_OF: Final = {
-    ROBOT: (CLOCK, GROUND_TRUTH),
-    LOCALIZER: (POSE,),
-    ESTIMATOR: (STATE,),
-    CONTROLLER: (CMD_VEL,),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPicture:
-    """An image and what was detected in it.
+    """An image and the landmarks detected in it.
 
     Attributes:
         url: The encoded image as a `data:` URL.
         width_px: Its width.
         height_px: Its height.
-        landmarks: LEDs by number, None where not seen.
+        landmarks: LEDs by number, None where not seen; empty where unknown.
         stamp_ns: Stamp of the image.
     """
 
     url: str
     width_px: int
     height_px: int
-    landmarks: tuple[LandmarkObservation | None, ...]
+    landmarks: Landmarks
     stamp_ns: int
 
 
 @dataclass(kw_only=True)
 class PageState:
-    """The view model's ground: values only, no ROS, no browser.
+    """All that the page shows.
 
     Attributes:
-        arena: The arena driven in.
-        robot: Poses and trails.
-        book: What came of the paths.
+        arena: The arena.
+        poses: Poses and trails.
+        paths: Outcomes of the finished paths.
         health: Nodes and topics.
         state: The last region state, or None.
-        policy: What is learned, or None.
+        policy: The learned policy, or None.
         picture: The last image, or None.
         landmarks: The last detections.
+        head: Joint angles of the head, or None.
+        bumpers: Pressed sensors.
         fov_rad: Horizontal field of view.
-        clock_ns: The robot's time.
-        parameters: By node, the parameters that it told.
-        paused_ns: The robot's time when this page paused the simulation, or None.
+        clock_ns: Time of the graph's clock.
+        parameters: Polled parameters by node.
+        paused_ns: Time of the clock when this page paused the simulation, or None.
     """
 
     arena: Arena
-    robot: RobotPicture = field(init=False)
-    book: LearningBook = field(default_factory=LearningBook)
-    health: Health = field(default_factory=lambda: Health(TOPICS_OF))
+    poses: PoseHistory = field(init=False)
+    paths: PathStatistics = field(default_factory=PathStatistics)
+    health: GraphHealth = field(default_factory=lambda: GraphHealth(TOPICS_OF))
     state: RegionState | None = None
     policy: Policy | None = None
     picture: CameraPicture | None = None
-    landmarks: tuple[LandmarkObservation | None, ...] = ()
+    landmarks: Landmarks = ()
+    head: HeadAngles | None = None
+    bumpers: tuple[bool, ...] = ()
     fov_rad: float = _DEFAULT_FOV_RAD
     clock_ns: int = 0
     parameters: dict[str, Mapping[str, Any]] = field(
@@ -153,60 +150,62 @@ class PageState:
     paused_ns: int | None = None
 
     def __post_init__(self) -> None:
-        """Begin with an empty picture."""
-        self.robot = RobotPicture(self.arena.length_m)
+        """Start without poses."""
+        self.poses = PoseHistory(self.arena.length_m)
 
     def restart(self) -> None:
-        """Forget poses and rates, which have gaps after a time without viewers."""
-        self.robot = RobotPicture(self.arena.length_m)
-        self.health = Health(TOPICS_OF)
+        """Discard poses and rates, which have a gap after a time without viewers."""
+        self.poses = PoseHistory(self.arena.length_m)
+        self.health = GraphHealth(TOPICS_OF)
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate) -> None:
-        """Take an estimate; it leaves a trail while it and the state are trusted.
+        """Add an estimate; it leaves a trail while it and the region state are trusted.
 
-        A localizer that looks for its place says so in its covariance at once, in the state only
-        a moment later.
+        A localizer that searches for its pose widens its covariance at once; the region state
+        follows a moment later.
         """
-        narrow = float(max(estimate.covariance[0, 0], estimate.covariance[1, 1])) < _SURE_M**2
-        sure = narrow and self.state is not None and self.state.confidence is Confidence.OK
-        self.robot.add_estimate(stamp_ns, estimate, sure=sure)
+        variance = float(max(estimate.covariance[0, 0], estimate.covariance[1, 1]))
+        certain = self.state is not None and self.state.confidence is Confidence.OK
+        trusted = certain and variance < _TRUSTED_SIGMA_M**2
+        self.poses.add_estimate(stamp_ns, estimate, trusted=trusted)
 
     def add_transition(self, stamp_ns: int, transition: Transition) -> None:
-        """Take a finished action, judged by the truth of its stamp."""
-        truth = self.robot.truth_at(stamp_ns)
+        """Add a finished action, judged by the true pose of its stamp."""
+        truth = self.poses.truth_at(stamp_ns)
         in_goal = None
         if truth is not None:
             regions = self.arena.regions
             in_goal = regions.region_at(truth.x_m, truth.y_m) == regions.goal
-        self.book.add(transition, in_goal=in_goal)
+        self.paths.add(transition, in_goal=in_goal)
 
     def set_q_table(self, q: FloatArray) -> None:
-        """Take the Q-values; an action that is not exactly zero has been tried."""
+        """Set the Q-values; an action whose value is not exactly zero counts as tried."""
         if self.policy is None or not np.array_equal(self.policy.q, q):
             tried = (q != 0).astype(np.int64)
             self.policy = Policy(q=q, visits=tried, regions=self.arena.regions)
 
     @property
     def mode(self) -> str:
-        """How the robot is driven, as far as it is known."""
+        """The controller's mode; `fuzzy`, the default, until it is known."""
         return str(self.parameters[CONTROLLER].get('mode', 'fuzzy'))
 
     @property
     def learning(self) -> bool:
-        """Whether the robot learns."""
+        """Whether the controller learns."""
         return bool(self.parameters[CONTROLLER].get('learn', False))
 
     @property
-    def stands_still(self) -> bool:
-        """Whether this page paused the simulation and nobody let it go on since."""
-        return self.paused_ns is not None and self.clock_ns <= self.paused_ns + _SLACK_NS
+    def is_paused(self) -> bool:
+        """Whether this page paused the simulation and nobody has resumed it."""
+        limit_ns = self.paused_ns
+        return limit_ns is not None and self.clock_ns <= limit_ns + _PAUSE_TOLERANCE_NS
 
     def set_arena(self, arena: Arena) -> None:
-        """Take another arena, as the robot told it."""
+        """Set the arena that the robot's parameters describe."""
         if arena == self.arena:
             return
         self.arena = arena
-        self.robot = RobotPicture(arena.length_m)
+        self.poses = PoseHistory(arena.length_m)
         if self.policy is not None:
             policy, self.policy = self.policy, None
             self.set_q_table(np.array(policy.q))

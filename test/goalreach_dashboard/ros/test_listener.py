@@ -64,14 +64,14 @@ class Page:
         state = self.state
 
         def is_known() -> bool:
-            robot, picture, region = state.robot, state.picture, state.state
-            if picture is None or region is None or robot.head is None:
+            poses, picture, region = state.poses, state.picture, state.state
+            if picture is None or region is None or state.head is None:
                 return False
-            stamps = {state.clock_ns, robot.truth_ns, robot.estimate_ns, picture.stamp_ns}
+            stamps = {state.clock_ns, poses.truth_ns, poses.estimate_ns, picture.stamp_ns}
             leds = [led.u_px for led in state.landmarks if led is not None]
-            numbers = (region.goal_probability, robot.head.turret_rad, leds)
+            numbers = (region.goal_probability, state.head.turret_rad, leds)
             whole = numbers == (1.0 / (tick + 1), 0.01 * tick, [tick])
-            return stamps == {stamp_ns} and whole and any(robot.bumpers)
+            return stamps == {stamp_ns} and whole and any(state.bumpers)
 
         self.wait(graph, is_known)
         return tick
@@ -82,7 +82,7 @@ class Page:
                 return
             graph.spin_once()
             self.listener.update()
-        raise AssertionError(vars(self.state.robot))
+        raise AssertionError(vars(self.state.poses))
 
     @property
     def subscribed(self) -> set[str]:
@@ -117,16 +117,16 @@ def test_it_knows_what_was_published(page: Page, *, compressed: bool) -> None:
     """A replayed bag has no compressed images."""
     with scripted(page, compressed=compressed) as graph:
         last = page.follow(graph, 0)
-    state, robot = page.state, page.state.robot
-    assert robot.truth == robot.compared == pose_at(last)
-    assert robot.error_m == pytest.approx(0.03)
-    assert robot.error_rad == pytest.approx(0.1)
-    assert robot.odometry is not None
-    moved_m = robot.odometry.x_m - pose_at(0).x_m
+    state, poses = page.state, page.state.poses
+    assert poses.truth == poses.compared == pose_at(last)
+    assert poses.error_m == pytest.approx(0.03)
+    assert poses.error_rad == pytest.approx(0.1)
+    assert poses.odometry is not None
+    moved_m = poses.odometry.x_m - pose_at(0).x_m
     assert moved_m == pytest.approx(odometry_at(last).x_m)
-    assert robot.head is not None
-    assert robot.head.turret_rad == 0.01 * last
-    assert [number for number, on in enumerate(robot.bumpers) if on] == [4]
+    assert state.head is not None
+    assert state.head.turret_rad == 0.01 * last
+    assert [number for number, on in enumerate(state.bumpers) if on] == [4]
     assert state.state is not None
     assert state.state.mu_x == (0.25, 0.75, 0.0)
     assert state.fov_rad == pytest.approx(2.0 * np.arctan(0.5))
@@ -152,7 +152,7 @@ def test_every_message_counts_and_no_true_pose_is_left_out(page: Page) -> None:
             return {total - before[topic] for topic, total in page.totals().items()}
 
         page.wait(graph, lambda: gained() == {SECOND})
-    points = [float(point.split(',')[0]) for point in page.state.robot.trail.text.split()]
+    points = [float(point.split(',')[0]) for point in page.state.poses.trail.text.split()]
     steps_cm = [after - before for before, after in itertools.pairwise(points)]
     assert max(steps_cm) < 2.5
 
@@ -169,9 +169,9 @@ def test_an_unwatched_page_subscribes_to_what_is_learned_only(page: Page) -> Non
         page.listener.watch(watched=False)
         assert page.subscribed == ALWAYS
         graph.publish_transition(last, _goal(path=1))
-        page.wait(graph, lambda: page.state.book.paths == 1)
+        page.wait(graph, lambda: page.state.paths.total == 1)
         page.listener.watch(watched=True)
-        assert page.state.robot.trail.text == ''
+        assert page.state.poses.trail.text == ''
         page.follow(graph, last)
 
 
@@ -182,7 +182,7 @@ def test_a_graph_that_is_started_again_is_followed(page: Page) -> None:
     with scripted(page) as graph:
         page.state.clock_ns = 0
         last = page.follow(graph, 0)
-    assert page.state.robot.compared == pose_at(last)
+    assert page.state.poses.compared == pose_at(last)
     assert page.state.health.topics[topics.STATE].total > before
 
 
@@ -194,9 +194,9 @@ def test_an_end_is_judged_by_the_truth_of_its_tick(page: Page) -> None:
             graph.publish_transition(tick, _goal(path=tick))
             graph.publish_tick(tick, truth)
         graph.publish_tick(last + 3, goal)
-        book = page.state.book
-        page.wait(graph, lambda: book.paths == 2)
-    assert (book.goals, book.false_goals) == (1, 1)
+        paths = page.state.paths
+        page.wait(graph, lambda: paths.total == 2)
+    assert (paths.goals, paths.false_goals) == (1, 1)
 
 
 def _goal(*, path: int) -> Transition:

@@ -1,10 +1,9 @@
-"""How often the page asks nodes, over real DDS, at times that the test sets."""
+"""How often the page polls nodes, over real DDS, at times that the test sets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-import itertools
 import time
 
 import pytest
@@ -14,71 +13,54 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from goalreach_dashboard.ros.parameters import Questions
+from goalreach_dashboard.ros.parameters import ParameterPoller
 from goalreach_dashboard.state import PageState
-from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from graphs import fresh_domain
 
-LOOK_S = 0.05
+FRAME_S = 0.05
 SECONDS = 4
 
 
 @dataclass
-class Asked:
-    """A robot that is asked.
+class PolledRobot:
+    """A robot whose parameters are polled.
 
     Attributes:
-        state: What the page knows of it.
-        questions: Who asks.
-        serve: Serves both.
-        count: How many questions came.
+        poller: The poller.
+        executor: Serves both nodes.
+        calls: Number of calls received.
     """
 
-    state: PageState
-    questions: Questions
-    serve: Callable[[], None]
-    count: int = 0
+    poller: ParameterPoller
+    executor: SingleThreadedExecutor
+    calls: int = 0
 
-    def answer(
+    def on_call(
         self, _request: GetParameters.Request, response: GetParameters.Response
     ) -> GetParameters.Response:
-        self.count += 1
+        self.calls += 1
         return response
-
-    def questions_a_second(self, *, heard: bool) -> float:
-        """Return how many come while the robot is heard, or not, each answered at once."""
-        before, begun_s = self.count, time.monotonic()
-        numbers = itertools.count(1)
-        for look in range(round(SECONDS / LOOK_S)):
-            now_s = begun_s + look * LOOK_S
-            if heard:
-                self.state.health.record_message(topics.CLOCK, now_s, next(numbers))
-            self.questions.ask(now_s)
-            while self.questions.waiting:
-                self.serve()
-        return (self.count - before) / SECONDS
 
 
 @pytest.fixture
-def asked() -> Iterator[Asked]:
+def robot() -> Iterator[PolledRobot]:
     context = Context()
     rclpy.init(args=[], context=context, domain_id=fresh_domain())
     nodes = [
         Node(name, context=context, enable_rosout=False, start_parameter_services=False)
-        for name in ('nomad200', 'dashboard_asks')
+        for name in ('nomad200', 'dashboard_client')
     ]
     executor = SingleThreadedExecutor(context=context)
     for node in nodes:
         executor.add_node(node)
-    state = PageState(arena=Arena())
-    asked = Asked(state, Questions(nodes[1], state), lambda: executor.spin_once(timeout_sec=0.1))
-    nodes[0].create_service(GetParameters, '/nomad200/get_parameters', asked.answer)
-    while not asked.count:
-        asked.questions.ask(time.monotonic())
-        asked.serve()
+    robot = PolledRobot(ParameterPoller(nodes[1], PageState(arena=Arena())), executor)
+    nodes[0].create_service(GetParameters, '/nomad200/get_parameters', robot.on_call)
+    while not robot.calls:
+        robot.poller.poll(time.monotonic())
+        executor.spin_once(timeout_sec=0.1)
     try:
-        yield asked
+        yield robot
     finally:
         executor.shutdown()
         for node in nodes:
@@ -86,14 +68,10 @@ def asked() -> Iterator[Asked]:
         context.try_shutdown()
 
 
-def test_a_node_that_is_heard_is_asked_once_a_second(asked: Asked) -> None:
-    assert asked.questions_a_second(heard=True) <= 1.25
-
-
-def test_a_node_that_is_not_heard_is_asked_more_often(asked: Asked) -> None:
-    assert asked.questions_a_second(heard=False) >= 2.5
-
-
-def test_questions_hurry_when_something_is_changed(asked: Asked) -> None:
-    asked.questions.hurry(time.monotonic())
-    assert asked.questions_a_second(heard=True) > 2.0
+def test_a_node_is_polled_four_times_a_second(robot: PolledRobot) -> None:
+    before, began_s = robot.calls, time.monotonic()
+    for frame in range(round(SECONDS / FRAME_S)):
+        robot.poller.poll(began_s + frame * FRAME_S)
+        while robot.poller.pending:
+            robot.executor.spin_once(timeout_sec=0.1)
+    assert 2.5 <= (robot.calls - before) / SECONDS <= 4.0

@@ -56,12 +56,12 @@ def full_state(x_m: float = 1.778, y_m: float = 1.69, mode: str = 'fuzzy') -> Pa
         goal_probability=0.0,
         confidence=Confidence.OK,
     )
-    state.robot.add_truth(STAMP_NS, pose)
-    state.robot.add_odometry(STAMP_NS, pose)
+    state.poses.add_truth(STAMP_NS, pose)
+    state.poses.add_odometry(STAMP_NS, pose)
     covariance = np.diag([4e-4, 1e-4, 1e-4])
     state.add_estimate(STAMP_NS, PoseEstimate(pose=pose, covariance=covariance))
-    state.robot.head = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
-    state.robot.bumpers = (True, *(False,) * 19)
+    state.head = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
+    state.bumpers = (True, *(False,) * 19)
     q = np.zeros((3, 3, 8))
     q[:, :, 6] = 0.9
     q[0, 1, 7] = q[2, 1, 5] = 1.0
@@ -117,13 +117,13 @@ def test_the_ellipse_holds_95_percent() -> None:
 
 def test_a_pose_that_is_looked_for_leaves_no_trail() -> None:
     state = full_state()
-    trail = state.robot.estimate_trail.text
+    trail = state.poses.estimate_trail.text
     anywhere = PoseEstimate(
         pose=Pose2(x_m=0.5, y_m=4.0, heading_rad=0.0), covariance=np.diag([1.0, 1.0, 1.0])
     )
     state.add_estimate(2 * STAMP_NS, anywhere)
-    assert state.robot.estimate_trail.text == trail != ''
-    assert state.robot.estimate is anywhere
+    assert state.poses.estimate_trail.text == trail != ''
+    assert state.poses.estimate is anywhere
 
 
 def test_leds_are_marked_where_they_were_seen() -> None:
@@ -150,7 +150,7 @@ def test_the_blend_is_what_the_controller_drives() -> None:
     assert heading_rad is not None
 
 
-def test_a_learner_tells_no_heading() -> None:
+def test_a_learner_shows_no_heading() -> None:
     state = full_state()
     state.parameters[CONTROLLER] = {'mode': 'fuzzy', 'learn': True}
     assert decide(state)[1] is None
@@ -171,7 +171,7 @@ def test_a_dead_node_is_named() -> None:
 def test_a_paused_run_is_no_dead_run() -> None:
     state = full_state()
     for name in NODES:
-        state.health.record_answer(name, 12.9)
+        state.health.record_response(name, 12.9)
     view = page_view(state, 13.0)
     assert view['status']['text'] == 'paused'
     assert {view[f'node-{name}']['class'] for name in NODES} == {'node quiet'}
@@ -216,4 +216,4 @@ def test_an_old_state_does_not_look_like_a_new_one() -> None:
     assert view['estimate']['class'] == 'estimate old'
     assert view['commanded']['visibility'] == 'hidden'
     assert view['votes']['html'] == ''
-    assert view['confidence']['text'] == 'no state is heard'
+    assert view['confidence']['text'] == 'no state received'

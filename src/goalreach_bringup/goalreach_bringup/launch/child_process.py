@@ -17,7 +17,7 @@ import time
 from typing import IO, Final
 
 from goalreach_bringup.launch.environment import graph_environment
-from goalreach_dashboard.web.access import TOKEN_VARIABLE
+from goalreach_dashboard.address import TOKEN_VARIABLE
 from goalreach_msgs_py.errors import GoalreachError
 
 _LOUD = re.compile(r'^\[(WARN|ERROR|FATAL)\] \[[^\]]*\] \[([^\]]*)\]: (.*)$')

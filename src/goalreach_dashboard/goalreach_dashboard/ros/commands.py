@@ -1,13 +1,13 @@
-"""Carries out what a person asks, through the standard services and parameters of the graph."""
+"""Executes requests from the page through the standard services and parameters of the graph."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future
-from dataclasses import fields
-from typing import Any
+import asyncio
+from collections.abc import Mapping
+from dataclasses import asdict
+import time
+from typing import Any, Final
 
-from rcl_interfaces.msg import Parameter as ParameterMsg
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.client import Client
 from rclpy.node import Node
@@ -24,20 +24,26 @@ from goalreach_dashboard.requests import (
 )
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.noise import NoiseModel, noise_preset
+from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER, PAUSE_SERVICE, RESET_SERVICE, ROBOT
 
+_TIMEOUT_S: Final = 3.0
+_POLL_S: Final = 0.02
 
-class RefusedError(GoalreachError):
-    """A node did not do what it was asked; the text is its reason."""
+
+class RequestError(GoalreachError):
+    """A node refused a request or did not respond; the text is the reason."""
 
 
-class Steering:
-    """Pause, place, speed, mode and noise.
+class GraphCommands:
+    """Executes requests, as coroutines of the page's event loop, which spins the executor too.
+
+    Calls: `/nomad200/pause`, `/nomad200/reset` and `set_parameters_atomically` of the robot, the
+    localizer and the controller.
 
     Args:
         node: A node on an executor.
-        state: Told when the simulation was paused, or goes on.
+        state: Notes when the simulation was paused or resumed.
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
@@ -45,94 +51,61 @@ class Steering:
         self._state = state
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
         self._reset = node.create_client(Trigger, RESET_SERVICE)
-        self._set = {
+        self._parameters = {
             name: node.create_client(SetParametersAtomically, f'/{name}/set_parameters_atomically')
             for name in (ROBOT, LOCALIZER, CONTROLLER)
         }
 
-    def carry_out(self, request: Request, answer: Future[str]) -> None:
-        """Begin; the answer is filled when the node has answered, or refused with a reason."""
+    async def execute(self, request: Request) -> str:
+        """Execute a request and return its confirmation.
+
+        Raises:
+            RequestError: A node refused it or did not respond.
+        """
         match request:
             case PauseRequest(paused=paused):
-                self._call(
-                    self._pause, SetBool.Request(data=paused), answer, self._paused(paused, answer)
-                )
+                await self._call(self._pause, SetBool.Request(data=paused))
+                self._state.paused_ns = self._state.clock_ns if paused else None
+                return 'paused' if paused else 'resumed'
             case PlaceRequest(pose=pose):
-                numbers = [pose.x_m, pose.y_m, pose.heading_rad]
-                self._assign(ROBOT, {'start_pose': numbers}, answer, self._place(answer))
+                await self._set(ROBOT, {'start_pose': [pose.x_m, pose.y_m, pose.heading_rad]})
+                return str((await self._call(self._reset, Trigger.Request())).message)
             case SpeedRequest(speed=speed):
-                self._assign(ROBOT, {'speed': speed}, answer, _done(answer, f'{speed:g} times'))
+                await self._set(ROBOT, {'speed': float(speed)})
+                return f'speed: {speed:g}×'
             case ModeRequest(mode=mode):
-                self._assign(CONTROLLER, {'mode': mode}, answer, _done(answer, f'drives {mode}'))
+                await self._set(CONTROLLER, {'mode': mode})
+                return f'mode: {mode}'
             case NoiseRequest(preset=preset):
-                model = noise_preset(preset)
-                values = {f'noise.{f.name}': getattr(model, f.name) for f in fields(NoiseModel)}
-                told = _done(answer, f'noise: {preset}')
-                self._assign(
-                    ROBOT,
-                    values,
-                    answer,
-                    lambda _response: self._assign(LOCALIZER, values, answer, told),
-                )
+                model = asdict(noise_preset(preset))
+                values = {f'noise.{name}': value for name, value in model.items()}
+                await self._set(ROBOT, values)
+                await self._set(LOCALIZER, values)
+                return f'noise: {preset}'
 
-    def _paused(self, paused: bool, answer: Future[str]) -> Callable[[Any], None]:  # noqa: FBT001
-        def done(response: SetBool.Response) -> None:
-            if not response.success:
-                _refuse(answer, response.message)
-                return
-            self._state.paused_ns = self._state.clock_ns if paused else None
-            answer.set_result('paused' if paused else 'goes on')
-
-        return done
-
-    def _place(self, answer: Future[str]) -> Callable[[Any], None]:
-        def reset(_response: object) -> None:
-            self._call(self._reset, Trigger.Request(), answer, done)
-
-        def done(response: Trigger.Response) -> None:
-            if not response.success:
-                _refuse(answer, response.message)
-                return
-            answer.set_result(response.message)
-
-        return reset
-
-    def _assign(
-        self,
-        node: str,
-        values: Mapping[str, object],
-        answer: Future[str],
-        then: Callable[[Any], None],
-    ) -> None:
-        messages: list[ParameterMsg] = [
+    async def _set(self, node: str, values: Mapping[str, object]) -> None:
+        parameters = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
         ]
+        request = SetParametersAtomically.Request(parameters=parameters)
+        response = await self._respond(self._parameters[node], request)
+        if not response.result.successful:
+            raise RequestError(response.result.reason)
 
-        def done(response: SetParametersAtomically.Response) -> None:
-            if response.result.successful:
-                then(response)
-            else:
-                _refuse(answer, response.result.reason)
+    async def _call(self, client: Client[Any, Any], request: object) -> Any:
+        response = await self._respond(client, request)
+        if not response.success:
+            raise RequestError(response.message)
+        return response
 
-        request = SetParametersAtomically.Request(parameters=messages)
-        self._call(self._set[node], request, answer, done)
-
-    def _call(
-        self,
-        client: Client[Any, Any],
-        request: object,
-        answer: Future[str],
-        then: Callable[[Any], None],
-    ) -> None:
+    async def _respond(self, client: Client[Any, Any], request: object) -> Any:
         if not client.service_is_ready():
-            _refuse(answer, f'{client.srv_name} is not there')
-            return
-        client.call_async(request).add_done_callback(lambda future: then(future.result()))
-
-
-def _done(answer: Future[str], text: str) -> Callable[[object], None]:
-    return lambda _response: answer.set_result(text)
-
-
-def _refuse(answer: Future[str], reason: str) -> None:
-    answer.set_exception(RefusedError(reason))
+            raise RequestError(f'{client.srv_name} is not available')
+        future = client.call_async(request)
+        deadline_s = time.monotonic() + _TIMEOUT_S
+        while not future.done():
+            if time.monotonic() > deadline_s:
+                client.remove_pending_request(future)
+                raise RequestError(f'no response from {client.srv_name}')
+            await asyncio.sleep(_POLL_S)
+        return future.result()

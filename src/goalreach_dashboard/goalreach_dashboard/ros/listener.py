@@ -120,7 +120,7 @@ class GraphListener:
         self._guard(self._on_poses, received.get(topics.POSE, []))
         for raw in received.get(topics.LANDMARKS, ())[-1:]:
             self._guard(self._show_landmarks, raw)
-        self._add_transitions(self._state.robot.truth_ns)
+        self._add_transitions(self._state.poses.truth_ns)
         if self._camera is not None:
             self._guard(self._read_image, self._camera)
 
@@ -153,7 +153,7 @@ class GraphListener:
         """Add a true pose, and at once the transitions of its stamp: the next may be elsewhere."""
         stamp_ns = stamp_ns_of(raw)
         pose = odometry_from_raw(raw, frame_id=topics.MAP_FRAME).pose
-        self._state.robot.add_truth(stamp_ns, pose)
+        self._state.poses.add_truth(stamp_ns, pose)
         self._add_transitions(stamp_ns)
 
     def _add_transitions(self, truth_ns: int) -> None:
@@ -167,10 +167,10 @@ class GraphListener:
             self._state.add_transition(stamp_ns, transition)
 
     def _on_odometry(self, raw: bytes) -> None:
-        self._state.robot.add_odometry(stamp_ns_of(raw), odometry_from_raw(raw).pose)
+        self._state.poses.add_odometry(stamp_ns_of(raw), odometry_from_raw(raw).pose)
 
     def _on_joints(self, raw: bytes) -> None:
-        self._state.robot.head = head_from_raw(raw)
+        self._state.head = head_from_raw(raw)
 
     def _on_bumpers(self, raw: bytes) -> None:
         """Show a press for a moment: the next path may begin in the next tick."""
@@ -178,7 +178,7 @@ class GraphListener:
         if any(pressed):
             self._bump_s = now_s
         if any(pressed) or now_s - self._bump_s > _BUMP_SHOWN_S:
-            self._state.robot.bumpers = pressed
+            self._state.bumpers = pressed
 
     def _on_camera_info(self, raw: bytes) -> None:
         camera = camera_from_raw(raw)
@@ -197,14 +197,14 @@ class GraphListener:
     def _on_poses(self, poses: list[bytes]) -> None:
         """Add the newest pose that can be compared with the truth, else the newest."""
         stamped = [(stamp_ns_of(raw), raw) for raw in poses]
-        compared = [each for each in stamped if self._state.robot.truth_at(each[0]) is not None]
+        compared = [each for each in stamped if self._state.poses.truth_at(each[0]) is not None]
         for stamp_ns, raw in (compared or stamped)[-1:]:
             self._state.add_estimate(stamp_ns, estimate_from_raw(raw))
 
     def _on_transition(self, message: DiagnosticArray) -> None:
         stamp_ns = stamp_from_msg(message.header.stamp)
         self._pending.append((time.monotonic(), stamp_ns, transition_from_msg(message)))
-        self._add_transitions(self._state.robot.truth_ns)
+        self._add_transitions(self._state.poses.truth_ns)
 
     def _on_q_table(self, message: Float64MultiArray) -> None:
         self._state.set_q_table(q_table_from_msg(message))

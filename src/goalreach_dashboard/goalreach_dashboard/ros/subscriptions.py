@@ -20,14 +20,13 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
 
-from goalreach_dashboard.state import CameraPicture
+from goalreach_dashboard.state import CameraPicture, Landmarks
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.ros.estimate_messages import landmarks_from_msg
 from goalreach_msgs_py.ros.raw_camera import image_from_raw
 from goalreach_msgs_py.ros.subscribe_raw import read_message
-from goalreach_msgs_py.values import LandmarkObservation
 
 
 class PolledSubscription:
@@ -110,8 +109,6 @@ _IMAGE_TOLERANCE_S: Final = 0.03
 _LANDMARK_TIMEOUT_S: Final = 0.5
 """Longest wait for the detections of an image. Chosen."""
 _PNG_SIGNATURE: Final = b'\x89PNG'
-
-Landmarks = tuple[LandmarkObservation | None, ...]
 
 
 def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> CameraPicture:

@@ -1,6 +1,6 @@
-// Applies patches of the view to the page's elements, which carry their names as data-testid.
-// A patch is {name: {attribute: value}}; 'text' and 'html' are the content, '+name' appends.
-// The page asks for the next patch when it has painted the last one: a hidden page asks for none.
+// Applies differences of the view to the page's elements, which carry their names as data-testid.
+// A difference is {name: {attribute: value}}; 'text' and 'html' are the content, '+name' appends.
+// The page asks for the next difference when it has painted the last: a hidden page asks for none.
 export default {
   template: '<div class="live" ref="root" v-once v-html="skeleton"></div>',
   props: { skeleton: String },
@@ -12,23 +12,24 @@ export default {
     const arena = this.elements.get('arena');
     arena.addEventListener('pointerdown', (event) => this.press(event));
     arena.addEventListener('pointerup', (event) => this.release(event));
-    window.socket?.on('disconnect', () => this.mark('lost', true));
-    window.socket?.on('connect', () => this.mark('lost', false));
+    window.socket?.on('disconnect', () => this.toggleClass('lost', true));
+    window.socket?.on('connect', () => this.toggleClass('lost', false));
     this.painted = performance.now();
-    this.asked = setInterval(() => this.remind(), 1500);
+    this.watchdog = setInterval(() => this.checkConnection(), 1500);
     this.$emit('next', true);
   },
   unmounted() {
-    clearInterval(this.asked);
+    clearInterval(this.watchdog);
   },
   methods: {
-    // A patch can be lost with a connection: ask for everything after three seconds without one.
-    remind() {
+    // A difference can be lost with a connection: after three seconds without one, ask for the
+    // whole view.
+    checkConnection() {
       if (!document.hidden && performance.now() - this.painted > 3000) this.$emit('next', true);
     },
-    apply(patch) {
+    apply(difference) {
       this.painted = performance.now();
-      for (const [name, changes] of Object.entries(patch)) {
+      for (const [name, changes] of Object.entries(difference)) {
         const element = this.elements.get(name);
         if (!element) continue;
         for (const [key, value] of Object.entries(changes)) this.change(element, key, value);
@@ -43,10 +44,10 @@ export default {
         element.setAttribute(name, (element.getAttribute(name) || '') + value);
       } else element.setAttribute(key, value);
     },
-    mark(name, on) {
+    toggleClass(name, on) {
       document.body.classList.toggle(name, on);
     },
-    place(event) {
+    pictureCoordinates(event) {
       const arena = this.elements.get('arena');
       const point = new DOMPoint(event.clientX, event.clientY);
       return point.matrixTransform(arena.getScreenCTM().inverse());
@@ -54,11 +55,11 @@ export default {
     press(event) {
       if (!document.body.classList.contains('placing')) return;
       event.preventDefault();
-      this.pressed = this.place(event);
+      this.pressed = this.pictureCoordinates(event);
     },
     release(event) {
       if (!document.body.classList.contains('placing') || !this.pressed) return;
-      const [from, to] = [this.pressed, this.place(event)];
+      const [from, to] = [this.pressed, this.pictureCoordinates(event)];
       this.pressed = null;
       this.$emit('place', { x: from.x, y: from.y, dx: to.x - from.x, dy: to.y - from.y });
     },

@@ -1,4 +1,4 @@
-"""The whole page as one view."""
+"""The whole page as one view: summary, health of the graph, and all panels."""
 
 from __future__ import annotations
 
@@ -9,54 +9,51 @@ from goalreach_dashboard.state import TOPICS_OF, PageState
 from goalreach_dashboard.views.arena import arena_view
 from goalreach_dashboard.views.decision import decide, decision_view, learning_view
 from goalreach_dashboard.views.sensing import camera_view, membership_view, pose_view
-from goalreach_dashboard.views.svg import View
+from goalreach_dashboard.views.svg import Elements, View
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, ROBOT
 
-_BACK_S: Final = 0.5
+_RECENT_S: Final = 0.5
 
 
 def run_status(state: PageState, now_s: float) -> str:
-    """Return the state of the run in one word or two."""
+    """Return the status of the run in a few words."""
     health = state.health
     found = {name: health.status(name, now_s) for name in health.nodes}
-    if NodeStatus.DOWN in found.values():
-        silent = [name for name in found if found[name] is NodeStatus.DOWN]
-        first = max(silent, key=lambda name: health.silent_s(name, now_s))
-        return f'{first} is silent' if len(silent) < len(found) else 'the graph is silent'
-    if all(status is NodeStatus.UNSEEN for status in found.values()):
+    down = [name for name, status in found.items() if status is NodeStatus.DOWN]
+    if down:
+        first = max(down, key=lambda name: health.silence_s(name, now_s))
+        return f'{first} is silent' if len(down) < len(found) else 'the graph is silent'
+    if set(found.values()) == {NodeStatus.UNSEEN}:
         return 'waiting for a graph'
-    if state.stands_still or found[ROBOT] is NodeStatus.QUIET:
+    if state.is_paused or found[ROBOT] is NodeStatus.QUIET:
         return 'paused'
     return 'learning' if state.learning else 'driving'
 
 
 def is_state_lost(state: PageState, now_s: float) -> bool:
-    """Return whether the robot goes on and its state is not heard: what is shown is old."""
+    """Return whether the robot runs and no region state arrives: the one shown is outdated."""
     health = state.health
-    goes_on = health.status(ROBOT, now_s) is NodeStatus.UP
-    return goes_on and health.status(ESTIMATOR, now_s) is not NodeStatus.UP
+    running = health.status(ROBOT, now_s) is NodeStatus.UP
+    return running and health.status(ESTIMATOR, now_s) is not NodeStatus.UP
 
 
-def summary_view(state: PageState, now_s: float) -> View:
-    """Return the head's figures."""
-    status = run_status(state, now_s)
-    book = state.book
-    parameters = state.parameters[ROBOT]
+def summary_view(state: PageState, now_s: float) -> Elements:
+    """Return the figures at the top."""
+    status, paths, robot = run_status(state, now_s), state.paths, state.parameters[ROBOT]
+    mode = 'learning' if state.learning else state.mode
     view = {
         'status': {'text': status, 'class': f'chip {_tone(status)}'},
-        'mode': {'text': 'learning' if state.learning else state.mode},
-        'success': {'text': f'{book.goals} of {book.paths}' if book.paths else '–'},
+        'mode': {'text': mode if state.parameters[CONTROLLER] else '–'},
+        'success': {'text': f'{paths.goals} of {paths.total}' if paths.total else '–'},
         'sim-time': {'text': f'{state.clock_ns * 1e-9:.1f} s' if state.clock_ns else '–'},
     }
-    if not state.parameters[CONTROLLER]:
-        view['mode'] = {'text': '–'}
-    if book.last is not None:
-        number = book.last.path + (2 if book.last.outcome is not None else 1)
+    if paths.last is not None:
+        number = paths.last.path + (2 if paths.last.outcome is not None else 1)
         view['path'] = {'text': str(number)}
-    if parameters.get('clock') == 'lockstep':
+    if robot.get('clock') == 'lockstep':
         view['speed'] = {'text': 'lockstep'}
-    elif 'speed' in parameters:
-        view['speed'] = {'text': f'{parameters["speed"]:g}×'}
+    elif 'speed' in robot:
+        view['speed'] = {'text': f'{robot["speed"]:g}×'}
     return view
 
 
@@ -66,38 +63,37 @@ def _tone(status: str) -> str:
     return 'quiet' if status in ('paused', 'waiting for a graph') else 'up'
 
 
-def _silence(silent_s: float) -> str:
-    return f'silent for {silent_s:.0f} s' if silent_s >= _BACK_S else 'was silent, is back'
-
-
-def health_view(state: PageState, now_s: float) -> View:
-    """Return nodes and topics: a word beside every colour."""
+def health_view(state: PageState, now_s: float) -> Elements:
+    """Return nodes and topics; every colour has its word."""
     health = state.health
-    view: dict[str, dict[str, str]] = {}
+    view: Elements = {}
     for name in health.nodes:
-        status = health.status(name, now_s)
+        status, silence_s = health.status(name, now_s), health.silence_s(name, now_s)
         rate = health.topics.get(TOPICS_OF[name][0])
         words = {
             NodeStatus.UP: f'{rate.rate_hz(now_s):.0f}\N{NO-BREAK SPACE}Hz' if rate else 'up',
-            NodeStatus.QUIET: 'answers, sends nothing',
-            NodeStatus.DOWN: _silence(health.silent_s(name, now_s)),
+            NodeStatus.QUIET: 'responds, publishes nothing',
+            NodeStatus.DOWN: f'silent for {silence_s:.0f} s',
             NodeStatus.UNSEEN: 'not seen',
         }
+        if silence_s < _RECENT_S:
+            words[NodeStatus.DOWN] = 'was silent, is back'
         view[f'node-{name}'] = {'class': f'node {status.value}'}
         view[f'word-{name}'] = {'text': words[status]}
-    rows = []
-    for topic, rate in sorted(health.topics.items()):
-        rows.append(f'<li><span>{topic}</span><b>{rate.rate_hz(now_s):.1f}</b></li>')
+    rows = [
+        f'<li><span>{topic}</span><b>{rate.rate_hz(now_s):.1f}</b></li>'
+        for topic, rate in sorted(health.topics.items())
+    ]
     view['topics'] = {'html': ''.join(rows)}
     return view
 
 
 def page_view(state: PageState, now_s: float) -> View:
-    """Return every element of the page with the attributes it is to have.
+    """Return the attributes of every element of the page.
 
     Args:
-        state: What is known.
-        now_s: Wall time, for rates and silences.
+        state: The page's state.
+        now_s: Time of the monotonic clock, for rates and silences.
     """
     lost = is_state_lost(state, now_s)
     cast, heading_rad = ((), None) if lost else decide(state)
@@ -106,7 +102,7 @@ def page_view(state: PageState, now_s: float) -> View:
         **health_view(state, now_s),
         **arena_view(state, cast, heading_rad, lost=lost),
         **camera_view(state.picture),
-        **pose_view(state),
+        **pose_view(state.poses),
         **membership_view(state, lost=lost),
         **decision_view(state, cast, heading_rad),
         **learning_view(state),

@@ -1,4 +1,4 @@
-"""Small pieces of SVG and text, shared by the views."""
+"""Views as differences of attributes, and the pieces of SVG and text that they share."""
 
 from __future__ import annotations
 
@@ -6,14 +6,26 @@ from collections.abc import Iterable, Mapping
 import math
 from typing import Final
 
+View = Mapping[str, Mapping[str, str]]
+"""Attributes by the name of an element; `text` and `html` are its content."""
+
+Elements = dict[str, dict[str, str]]
+"""A view under construction."""
+
 HIDDEN: Final = {'visibility': 'hidden'}
 VISIBLE: Final = {'visibility': 'visible'}
-_CM: Final = 100.0
+_CM_PER_M: Final = 100.0
+_MIN_LENGTH_TO_APPEND: Final = 32
 
 
 def cm(x_m: float, y_m: float, length_m: float) -> tuple[float, float]:
     """Return a point of `map` in the picture: centimetres, y downward from the far wall."""
-    return _CM * x_m, _CM * (length_m - y_m)
+    return _CM_PER_M * x_m, _CM_PER_M * (length_m - y_m)
+
+
+def polar(length: float, angle_rad: float) -> tuple[float, float]:
+    """Return the end of a line from the origin, y downward; the angle is counter-clockwise."""
+    return length * math.cos(angle_rad), -length * math.sin(angle_rad)
 
 
 def translate(x_m: float, y_m: float, length_m: float) -> str:
@@ -23,61 +35,53 @@ def translate(x_m: float, y_m: float, length_m: float) -> str:
 
 
 def rotate(angle_rad: float) -> str:
-    """Return the transform that turns a drawing counter-clockwise."""
+    """Return the transform that rotates a drawing counter-clockwise."""
     return f'rotate({-math.degrees(angle_rad):.1f})'
 
 
-def arrow(name: str, angle_rad: float, length: float, more: str = '') -> str:
-    """Return a line with an arrow's head from the origin.
+def arrow(css_class: str, angle_rad: float, length: float, more: str = '') -> str:
+    """Return an arrow from the origin.
 
     Args:
-        name: CSS class.
-        angle_rad: Where it points, counter-clockwise from +x.
-        length: Its length in the picture.
+        css_class: CSS class.
+        angle_rad: Direction, counter-clockwise from +x.
+        length: Length in the picture.
         more: Further attributes.
     """
-    x, y = length * math.cos(angle_rad), -length * math.sin(angle_rad)
-    return f'<line class="{name}" x2="{x:.1f}" y2="{y:.1f}" marker-end="url(#head)"{more}/>'
+    x, y = polar(length, angle_rad)
+    return f'<line class="{css_class}" x2="{x:.1f}" y2="{y:.1f}" marker-end="url(#head)"{more}/>'
 
 
-def lines(points: Iterable[tuple[float, float]]) -> str:
+def polyline_points(points: Iterable[tuple[float, float]]) -> str:
     """Return the `points` attribute of a polyline."""
     return ' '.join(f'{x:.1f},{y:.1f}' for x, y in points)
 
 
 def metres(value_m: float) -> str:
-    """Return a length for people, to the millimetre."""
+    """Return a length to the millimetre, with its unit."""
     return f'{value_m:.3f} m'
 
 
 def degrees(angle_rad: float) -> str:
-    """Return an angle for people, to a tenth of a degree."""
+    """Return an angle to a tenth of a degree, with its unit."""
     return f'{math.degrees(angle_rad):.1f}°'
 
 
-View = Mapping[str, Mapping[str, str]]
-"""By name of an element, its attributes; `text` and `html` are its content."""
-
-_WORTH_APPENDING: Final = 32
-
-
-def difference(new: View, old: View) -> dict[str, dict[str, str]]:
+def difference(new: View, old: View) -> Elements:
     """Return what turns a page that shows `old` into one that shows `new`.
 
-    An attribute that has only grown at its end comes as `+name` with what is to be appended.
+    An attribute that has only grown at its end is given as `+name` with the text to append.
     """
-    patch: dict[str, dict[str, str]] = {}
+    patch: Elements = {}
     for name, attributes in new.items():
-        before = old.get(name, {})
-        if attributes is before:
-            continue
+        shown = old.get(name, {})
         changes: dict[str, str] = {}
         for key, value in attributes.items():
-            shown = before.get(key)
-            if value == shown:
+            before = shown.get(key)
+            if value == before:
                 continue
-            if _has_grown(key, value, shown):
-                changes[f'+{key}'] = value[len(shown or '') :]
+            if before is not None and _has_grown(key, value, before):
+                changes[f'+{key}'] = value[len(before) :]
             else:
                 changes[key] = value
         if changes:
@@ -85,10 +89,6 @@ def difference(new: View, old: View) -> dict[str, dict[str, str]]:
     return patch
 
 
-def _has_grown(key: str, value: str, shown: str | None) -> bool:
-    return (
-        shown is not None
-        and key not in ('text', 'html')
-        and len(shown) > _WORTH_APPENDING
-        and value.startswith(shown)
-    )
+def _has_grown(key: str, value: str, before: str) -> bool:
+    is_attribute = key not in ('text', 'html')
+    return is_attribute and len(before) > _MIN_LENGTH_TO_APPEND and value.startswith(before)

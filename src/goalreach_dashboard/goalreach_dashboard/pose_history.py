@@ -1,4 +1,4 @@
-"""Where the robot is, was, and believes it is: what the arena's picture is drawn from."""
+"""True, estimated and odometric poses of the robot joined by stamp, and the trails they leave."""
 
 from __future__ import annotations
 
@@ -7,55 +7,54 @@ import math
 from typing import Final
 
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
-from goalreach_msgs_py.values import HeadAngles, Pose2, PoseEstimate
+from goalreach_msgs_py.values import Pose2, PoseEstimate
 
 _SPACING_M: Final = 0.02
-_TRAIL_POINTS: Final = 3000
-_STAMPS: Final = 256
-_FASTEST_M_PER_S: Final = 2.0
-_SLACK_M: Final = 0.1
-_NS: Final = 1e-9
+_MAX_TRAIL_POINTS: Final = 3000
+_MAX_STAMPS: Final = 256
+_MAX_SPEED_M_PER_S: Final = 2.0
+_TOLERANCE_M: Final = 0.1
+_S_PER_NS: Final = 1e-9
 
 
 class Trail:
     """A path as the text of an SVG polyline, in centimetres, y downward.
 
+    Args:
+        length_m: Length of the arena along y; the picture's y is measured from the far wall.
+
     Attributes:
-        text: The `points` attribute; it only ever grows, until the trail is cleared or too long.
+        text: The `points` attribute; it only grows, until the trail is cleared or too long.
     """
 
     def __init__(self, length_m: float) -> None:
-        """Start with nothing.
-
-        Args:
-            length_m: Length of the arena along y: the picture's y is measured from the far wall.
-        """
+        """Start empty."""
         self._length_m = length_m
         self.clear()
 
     def clear(self) -> None:
-        """Forget the path."""
+        """Remove all points."""
         self.text = ''
         self._count = 0
         self._last: tuple[float, float] | None = None
 
     def add(self, x_m: float, y_m: float) -> None:
-        """Add a point 2 cm from the last; a trail of 3000 points loses its older half."""
+        """Add a point 2 cm or more from the last; 3000 points lose their older half."""
         if self._last is not None and math.dist(self._last, (x_m, y_m)) < _SPACING_M:
             return
         self._last = (x_m, y_m)
         self.text += f'{100.0 * x_m:.1f},{100.0 * (self._length_m - y_m):.1f} '
         self._count += 1
-        if self._count >= _TRAIL_POINTS:
+        if self._count >= _MAX_TRAIL_POINTS:
             kept = self.text.split()[self._count // 2 :]
             self.text = ' '.join(kept) + ' '
             self._count = len(kept)
 
 
-class RobotPicture:
-    """Truth, estimate and odometry, joined by their stamps.
+class PoseHistory:
+    """True, estimated and odometric poses, compared where their stamps are equal.
 
-    Odometry is drawn in `map` as if it had been right where the path began.
+    Odometry is drawn in `map` as if it had been exact where the path began.
 
     Args:
         length_m: Length of the arena along y.
@@ -65,18 +64,16 @@ class RobotPicture:
         truth_ns: Its stamp.
         estimate: Estimated pose, or None.
         estimate_ns: Its stamp.
-        compared: True pose of the estimate's stamp, or None where it was not heard.
+        compared: True pose of the estimate's stamp, or None where it was not received.
         error_m: Distance of the estimate from the truth of the same stamp, or None.
-        error_rad: The same of the heading.
-        odometry: Pose by the encoders, laid into `map`, or None.
-        head: Joint angles, or None.
-        bumpers: Pressed sensors (20,).
+        error_rad: Difference of their headings.
+        odometry: Pose by the encoders in `map`, or None.
         trail: True path since the robot was placed.
         estimate_trail: Estimated path since then.
     """
 
     def __init__(self, length_m: float) -> None:
-        """Know nothing yet."""
+        """Start empty."""
         self.truth: Pose2 | None = None
         self.truth_ns = 0
         self.estimate: PoseEstimate | None = None
@@ -85,64 +82,63 @@ class RobotPicture:
         self.error_m: float | None = None
         self.error_rad: float | None = None
         self.odometry: Pose2 | None = None
-        self.head: HeadAngles | None = None
-        self.bumpers: tuple[bool, ...] = (False,) * 20
         self.trail = Trail(length_m)
         self.estimate_trail = Trail(length_m)
         self._truths: OrderedDict[int, Pose2] = OrderedDict()
         self._anchor: tuple[Pose2, Pose2] | None = None
 
     def add_truth(self, stamp_ns: int, pose: Pose2) -> None:
-        """Take the true pose of a stamp; a jump begins new trails."""
-        if self.truth is not None and self._jumped(stamp_ns, pose):
+        """Add the true pose of a stamp; a jump starts new trails."""
+        if self.truth is not None and self._has_jumped(self.truth, stamp_ns, pose):
             self.trail.clear()
             self.estimate_trail.clear()
             self._truths.clear()
             self._anchor = None
         self.truth, self.truth_ns = pose, stamp_ns
         self._truths[stamp_ns] = pose
-        if len(self._truths) > _STAMPS:
+        if len(self._truths) > _MAX_STAMPS:
             self._truths.popitem(last=False)
         self.trail.add(pose.x_m, pose.y_m)
 
-    def _jumped(self, stamp_ns: int, pose: Pose2) -> bool:
-        if self.truth is None or stamp_ns < self.truth_ns:
+    def _has_jumped(self, last: Pose2, stamp_ns: int, pose: Pose2) -> bool:
+        if stamp_ns < self.truth_ns:
             return True
-        away_m = math.dist((self.truth.x_m, self.truth.y_m), (pose.x_m, pose.y_m))
-        return away_m > _SLACK_M + _FASTEST_M_PER_S * (stamp_ns - self.truth_ns) * _NS
+        distance_m = math.dist((last.x_m, last.y_m), (pose.x_m, pose.y_m))
+        elapsed_s = (stamp_ns - self.truth_ns) * _S_PER_NS
+        return distance_m > _TOLERANCE_M + _MAX_SPEED_M_PER_S * elapsed_s
 
     def truth_at(self, stamp_ns: int) -> Pose2 | None:
-        """Return the true pose of a stamp, if it is among the last 256."""
+        """Return the true pose of a stamp if it is among the last 256."""
         return self._truths.get(stamp_ns)
 
-    def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, sure: bool) -> None:
-        """Take the estimate of a stamp.
+    def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, trusted: bool) -> None:
+        """Add the estimate of a stamp.
 
         Args:
             stamp_ns: The stamp.
             estimate: The estimate.
-            sure: Whether it belongs on the trail.
+            trusted: Whether it belongs on the trail.
         """
         self.estimate, self.estimate_ns = estimate, stamp_ns
-        truth = self.compared = self._truths.get(stamp_ns)
+        pose, truth = estimate.pose, self._truths.get(stamp_ns)
+        self.compared = truth
         if truth is not None:
-            pose = estimate.pose
             self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
             self.error_rad = angle_difference(pose.heading_rad, truth.heading_rad)
-        if sure and (truth is not None or self.truth is None):  # not of the path before
-            self.estimate_trail.add(estimate.pose.x_m, estimate.pose.y_m)
+        if trusted and (truth is not None or self.truth is None):  # not of the previous path
+            self.estimate_trail.add(pose.x_m, pose.y_m)
 
     def add_odometry(self, stamp_ns: int, pose: Pose2) -> None:
-        """Take the pose by the encoders, in `odom`."""
+        """Add the pose by the encoders, in `odom`."""
         truth = self._truths.get(stamp_ns)
         if self._anchor is None and truth is not None:
             self._anchor = (truth, pose)
         if self._anchor is None:
             self.odometry = None
             return
-        start, zero = self._anchor
-        turn_rad = start.heading_rad - zero.heading_rad
-        dx_m, dy_m = pose.x_m - zero.x_m, pose.y_m - zero.y_m
+        start, origin = self._anchor
+        turn_rad = start.heading_rad - origin.heading_rad
+        dx_m, dy_m = pose.x_m - origin.x_m, pose.y_m - origin.y_m
         cosine, sine = math.cos(turn_rad), math.sin(turn_rad)
         self.odometry = Pose2(
             x_m=start.x_m + cosine * dx_m - sine * dy_m,

@@ -2,7 +2,7 @@ import socket
 
 import pytest
 
-from goalreach_dashboard.web.access import bind, is_loopback, url
+from goalreach_dashboard.address import bind, is_loopback, url
 from goalreach_msgs_py.errors import GoalreachError
 
 

@@ -1,0 +1,53 @@
+"""Address of the live page: the socket it listens on, its URL, and where its token travels."""
+
+from __future__ import annotations
+
+import socket
+from typing import Final
+
+from goalreach_msgs_py.errors import GoalreachError
+
+DEFAULT_PORT: Final = 8080
+TOKEN_VARIABLE: Final = 'GOALREACH_DASHBOARD_TOKEN'  # noqa: S105 - the name of a variable
+"""Environment variable that holds the token: every user can read the command lines of others."""
+_PORTS_TRIED: Final = 20
+_LOOPBACK: Final = ('127.0.0.1', 'localhost', '::1')
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine can reach an address."""
+    return host in _LOOPBACK
+
+
+def bind(host: str, port: int | None) -> socket.socket:
+    """Return a listening socket; browsers that connect before the server runs wait for it.
+
+    Args:
+        host: Address of this machine.
+        port: Port; 0 for any free one; None for the first free one from 8080.
+
+    Raises:
+        GoalreachError: The port is taken, or the address is not of this machine.
+    """
+    ports = [port] if port is not None else [*range(DEFAULT_PORT, DEFAULT_PORT + _PORTS_TRIED), 0]
+    reason = ''
+    for candidate in ports:
+        family = socket.AF_INET6 if ':' in host else socket.AF_INET
+        listener = socket.socket(family, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, candidate))
+            listener.listen()  # only this reserves the port
+        except (OSError, OverflowError) as error:
+            listener.close()
+            reason = str(error)
+        else:
+            return listener
+    raise GoalreachError(f'{host}:{port or DEFAULT_PORT}: cannot listen: {reason}')
+
+
+def url(host: str, port: int, token: str | None = None) -> str:
+    """Return the URL of the page, with the token where there is one."""
+    name = f'[{host}]' if ':' in host else host
+    query = f'?token={token}' if token else ''
+    return f'http://{name}:{port}/{query}'
