@@ -27,7 +27,6 @@ class StudyOptions(BenchOptions):
         metavar='DIR',
     )
     as_it_is: bool = option(False, 'measure nothing, use only what --results holds')
-    out: Path | None = option(None, 'write the document, in Markdown', metavar='FILE')
 
     def __post_init__(self) -> None:
         """Require results where nothing is measured.
@@ -38,3 +37,10 @@ class StudyOptions(BenchOptions):
         super().__post_init__()
         if self.as_it_is and self.results is None:
             raise ConfigurationError('--as-it-is', 'yes', 'together with --results DIR')
+
+
+@dataclass(frozen=True, kw_only=True)
+class DocumentOptions(StudyOptions):
+    """Base class of the options of a suite that also writes a document."""
+
+    out: Path | None = option(None, 'write the document, in Markdown', metavar='FILE')

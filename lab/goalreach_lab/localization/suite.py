@@ -8,7 +8,7 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Any
 
-from goalreach_lab.options import StudyOptions
+from goalreach_lab.options import DocumentOptions
 from goalreach_lab.row import BenchRow
 from goalreach_msgs_py.options import option
 
@@ -41,7 +41,7 @@ def _size(name: str, description: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(StudyOptions):
+class Options(DocumentOptions):
     """Options of the suite."""
 
     part: tuple[str, ...] = option(PARTS, 'studies to run', choices=PARTS, metavar='PART')

@@ -1,210 +1,264 @@
-"""REPRODUCTION.md: the paper's claims, what was measured, and the free parameters."""
+"""The tables and figures of REPRODUCTION.md; its text is in `document.md`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-import platform
+import math
+import statistics
 from typing import Any
 
-from goalreach_lab.reproduction import tables
-from goalreach_lab.reproduction.study import DrivenPath, goals
+from scipy.stats import norm, sem
+
+from goalreach_evaluation.path_metrics import wilson_interval
+from goalreach_lab.report import bench_table, machine
+from goalreach_lab.reproduction.driving_study import OUTCOMES, DrivenPath, to_goal
+from goalreach_lab.reproduction.learning import SETTLED, SUCCESS, VALUES
+from goalreach_lab.row import BenchRow
+from goalreach_lab.template import table
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_msgs_py.angles import INCH_M
-from goalreach_msgs_py.files import write_text_atomically
 from goalreach_msgs_py.parameters import flatten_config, parameter_infos
 from goalreach_msgs_py.regions import DEFAULT_X_KNOTS_M, DEFAULT_Y_KNOTS_M
 
-_TIMES = ('ms', 's')
+Conditions = Mapping[tuple[str, str, str], Sequence[DrivenPath]]
+"""Paths by noise, mode and kind of starts."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
-    """Everything measured.
+def mean_interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return a mean and half the width of its 95 % interval, by the normal approximation.
 
-    Attributes:
-        learning: Rows of the learning suite.
-        blends: Findings of `study_blends`.
-        driven: Paths by noise, mode and kind of starts.
-        arenas: Paths by example arena.
-        without: Paths of policies learned without noise.
-        images: Paths of policies learned with images, from the same starts.
-        policies: How many of either.
-        image_trials: Trials of each.
-        seed: Seed of it all.
+    Args:
+        values: At least one; the width of a single one is NaN.
     """
-
-    learning: Sequence[Mapping[str, Any]]
-    blends: Mapping[str, Any]
-    driven: Mapping[tuple[str, str, str], Sequence[DrivenPath]]
-    arenas: Mapping[str, Sequence[DrivenPath]]
-    without: Sequence[DrivenPath]
-    images: Sequence[DrivenPath]
-    policies: int
-    image_trials: int
-    seed: int
+    half = norm.ppf(0.975) * sem(values) if len(values) > 1 else math.nan
+    return statistics.fmean(values), float(half)
 
 
-def write_document(path: Path, evidence: Evidence) -> None:
-    """Write the document.
+def difference_of_shares(
+    first: tuple[int, int], second: tuple[int, int]
+) -> tuple[float, float, float]:
+    """Return the difference of two shares and its 95 % interval.
 
-    Raises:
-        FileFormatError: It cannot be written.
+    Newcombe's hybrid score interval (Statistics in Medicine 17, 1998, method 10), from the two
+    Wilson intervals.
+
+    Args:
+        first: Successes and number of the first.
+        second: Successes and number of the second.
     """
-    parts = [
-        _introduction(evidence),
-        '## The claims of the paper',
-        _claims(evidence),
-        '## Learning',
-        _learning(evidence),
-        '## Driving with images in the loop',
-        _driving(evidence),
-        '## Equation (3)',
-        _equation_3(evidence),
-        '## Learned without noise, learned with images',
-        _policies(evidence),
-        '## Other arenas',
-        _arenas(evidence),
-        '## Free parameters',
-        _parameters(),
-    ]
-    write_text_atomically(path, '\n\n'.join(parts) + '\n')
+    p, q = first[0] / first[1], second[0] / second[1]
+    (p_low, p_high), (q_low, q_high) = wilson_interval(*first), wilson_interval(*second)
+    below = math.hypot(p - p_low, q_high - q)
+    above = math.hypot(p_high - p, q - q_low)
+    return p - q, p - q - below, p - q + above
 
 
-def _introduction(evidence: Evidence) -> str:
-    return f"""# The paper, measured
-
-Written by `goalreach bench reproduction --out REPRODUCTION.md` (seed {evidence.seed}); every
-number comes from that command. It goes on where it ended, `--as-it-is` writes what is there, and
-the tables tell how many paths that was; `--help` lists the budgets. Measured on
-{platform.machine()} with Python {platform.python_version()}. Intervals are 95 %: Wilson's for
-shares, Newcombe's for differences of shares, normal for means. "Goal" means that the robot
-declared the goal from what it saw and its true centre was in the goal region at that moment.
-The robot, its camera and its room are simulated throughout; the paper's figure 7 shows a real
-robot, ours the full chain of rendered images, localizer, state estimator and controller."""
+def share(count: int, n: int) -> str:
+    """Return a share with its interval, in percent; 'not measured' without samples."""
+    if n == 0:
+        return 'not measured'
+    low, high = wilson_interval(count, n)
+    return f'{100 * count / n:.2f} % [{100 * low:.2f}, {100 * high:.2f}]'
 
 
-def _claims(evidence: Evidence) -> str:
-    rows = {row['name']: row for row in evidence.learning}
-    success = rows['greedy policy reaches the goal from all 22 starts']
-    trial = rows['trial after which it always does, median']
-    value = rows['value of a region, mean over seeds, against value iteration']
-    fuzzy, harsh = (
-        [path for kind in ('random', 'border') for path in evidence.driven[noise, 'fuzzy', kind]]
-        for noise in ('nominal', 'harsh')
-    )
-    reached, shaken = (tables.share(len(goals(paths)), len(paths)) for paths in (fuzzy, harsh))
-    stable = (
-        f'the best actions settle after trial {trial["ours"]:.0f} (median of {trial["n"]} seeds; '
-        f'{trial["note"]}); values are then within {value["ours"]:.3f} of value iteration on the '
-        'same decision process'
-    )
-    optimal = (
-        f'{success["ours"]:.2f} % of {success["n"]} seeds lead from all 22 starts to the goal '
-        f'({success["note"]})'
-    )
-    driven = (
-        f'fuzzy, nominal noise: {reached} of {len(fuzzy)} paths; harsh: {shaken} of {len(harsh)}'
-    )
-    smooth = 'see the table of modes: turning, time, length and heading steps beside crisp'
-    return tables.table(
-        ('the paper', 'measured here'),
-        [
-            ('"after 20 trials ... the Q-values reached their stable values"', stable),
-            ('the optimal policy is learned in simulation', optimal),
-            ('"goal reaching behavior even if the current position is not clearly known"', driven),
-            ('"the robot performs smooth paths" with fuzzy regions', smooth),
+def _goal_share(paths: Sequence[DrivenPath]) -> str:
+    return share(len(to_goal(paths)), len(paths))
+
+
+def learning_values(rows: Sequence[BenchRow]) -> dict[str, object]:
+    """Return the placeholders of the learning study; None where it was not run."""
+    by_name = {row.name: row for row in rows}
+    if SUCCESS not in by_name:
+        return dict.fromkeys(
+            ('learning', 'seeds', 'success', 'success_note', 'settled', 'slowest', 'value_error')
+        )
+    success, settled, values = by_name[SUCCESS], by_name[SETTLED], by_name[VALUES]
+    return {
+        'learning': bench_table(rows),
+        'seeds': success.n,
+        'success': f'{success.ours:.2f}',
+        'success_note': success.note,
+        'settled': f'{settled.ours:.0f}',
+        'slowest': settled.note,
+        'value_error': f'{values.ours:.3f}',
+    }
+
+
+def driving_values(driven: Conditions) -> dict[str, object]:
+    """Return the placeholders of the conditions driven; None where none was."""
+    if not any(driven.values()):
+        return dict.fromkeys(('nominal', 'harsh', 'outcomes', 'modes'))
+
+    def reached(noise: str) -> str:
+        paths = [
+            path
+            for (one, mode, _), some in driven.items()
+            for path in some
+            if (one, mode) == (noise, 'fuzzy')
+        ]
+        return f'{_goal_share(paths)} of {len(paths)} paths'
+
+    return {
+        'nominal': reached('nominal'),
+        'harsh': reached('harsh'),
+        'outcomes': outcome_table(driven),
+        'modes': mode_table(driven),
+    }
+
+
+def outcome_table(driven: Conditions) -> str:
+    """Return the outcomes of the paths for each noise, mode and kind of starts."""
+    rows = []
+    for (noise, mode, kind), paths in driven.items():
+        if not paths:
+            continue
+        counts = [sum(path.outcome == outcome for path in paths) for outcome in OUTCOMES]
+        error_in = statistics.fmean(path.error_rms_m for path in paths) / INCH_M
+        rows.append(
             (
-                'equation (3) gives the action',
-                'only with unit vectors: as printed it averages angles as numbers; see below',
-            ),
-        ],
+                noise,
+                mode,
+                kind,
+                len(paths),
+                _goal_share(paths),
+                *counts[1:],
+                f'{error_in * INCH_M:.4f} m ({error_in:.2f} in)',
+            )
+        )
+    headings = ('noise', 'mode', 'starts', 'paths', 'goal, with 95 % interval')
+    return table((*headings, *OUTCOMES[1:], 'position error, mean of rms'), rows)
+
+
+def mode_table(driven: Conditions) -> str:
+    """Return the measures of the paths of each mode, from the same starts with nominal noise."""
+    modes = [mode for noise, mode, _ in driven if noise == 'nominal']
+    modes = list(dict.fromkeys(modes))
+    kinds = list(dict.fromkeys(kind for noise, _, kind in driven if noise == 'nominal'))
+    least = {
+        kind: min(len(driven.get(('nominal', mode, kind), ())) for mode in modes) for kind in kinds
+    }
+    rows = []
+    for mode in modes:
+        paths = [path for kind in kinds for path in driven['nominal', mode, kind][: least[kind]]]
+        good = to_goal(paths)
+        if not good:
+            continue
+        cells = [
+            mean_interval([path.duration_s for path in good]),
+            mean_interval([path.turning_deg for path in good]),
+            mean_interval([path.length_m for path in good]),
+            mean_interval([path.length_m / path.shortest_m for path in good]),
+        ]
+        steps = sorted(path.step_deg for path in paths)
+        rows.append(
+            (
+                mode,
+                len(good),
+                *(f'{mean:.3g} ± {half:.2g}' for mean, half in cells),
+                f'{statistics.median(steps):.1f}',
+                f'{steps[-1]:.1f}',
+            )
+        )
+    headings = ('mode', 'paths to the goal', 'time, s', 'turning, deg', 'length, m')
+    last = ('length / shortest', 'heading step: median, deg', 'largest, deg')
+    return table((*headings, *last), rows)
+
+
+def blend_values(found: Mapping[str, Any] | None) -> dict[str, object]:
+    """Return the placeholders of the blend study; None where it was not run."""
+    names = ('blends', 'deviation_percent', 'worst_place', 'printed_deg', 'unit_deg', 'starts')
+    if not found or 'fuzzy-as-printed' not in found:
+        return dict.fromkeys(names)
+    deviation = found['fuzzy-as-printed']['deviation']
+    x_m, y_m = deviation['at_m']
+    rows = [
+        (
+            blend,
+            f'{one["jump_deg"]:.1f} deg',
+            ', '.join(f'{place_m:.2f} m' for place_m in one['jump_at_m']),
+            share(one['goal'], one['starts']),
+        )
+        for blend, one in found.items()
+    ]
+    return {
+        'blends': table(
+            ('blend', 'largest jump across a border', 'at x, y', 'goal reached'), rows
+        ),
+        'deviation_percent': f'{deviation["percent"]:.1f}',
+        'worst_place': f'x = {x_m:.2f} m, y = {y_m:.2f} m '
+        f'({x_m / INCH_M:.0f}, {y_m / INCH_M:.0f} in)',
+        'printed_deg': f'{deviation["printed_deg"]:.0f}',
+        'unit_deg': f'{deviation["unit_deg"]:.0f}',
+        'starts': found['fuzzy']['starts'],
+    }
+
+
+def learned_table(without: Sequence[DrivenPath], images: Sequence[DrivenPath]) -> str:
+    """Return the measures of policies learned without noise and with images, and differences.
+
+    Args:
+        without: Paths of the policies learned without noise.
+        images: Paths of the policies learned with images, from the same starts.
+    """
+    n, m = len(without), len(images)
+    good, seen = len(to_goal(without)), len(to_goal(images))
+    change, low, high = difference_of_shares((seen, m), (good, n))
+    pairs = [
+        (a, b) for a, b in zip(without, images, strict=False) if a.outcome == b.outcome == 'goal'
+    ]
+    rows: list[tuple[str, str, str, str]] = [
+        (
+            'goal reached',
+            share(good, n),
+            share(seen, m),
+            f'{100 * change:+.2f} % [{100 * low:+.2f}, {100 * high:+.2f}]',
+        )
+    ]
+    for name, field in (('time, s', 'duration_s'), ('length, m', 'length_m')):
+        a, b = ([getattr(pair[k], field) for pair in pairs] for k in (0, 1))
+        mean, half = mean_interval([y - x for x, y in zip(a, b, strict=True)])
+        rows.append(
+            (
+                f'{name}, mean',
+                f'{statistics.fmean(a):.3f}',
+                f'{statistics.fmean(b):.3f}',
+                f'{mean:+.3f} [{mean - half:+.3f}, {mean + half:+.3f}]',
+            )
+        )
+    return table(('', 'learned without noise', 'learned with images', 'difference'), rows)
+
+
+def arena_table(driven: Mapping[str, Sequence[DrivenPath]]) -> str:
+    """Return the outcomes in the example arenas, fuzzy, with nominal noise."""
+    return table(
+        ('arena', 'paths', 'goal, with 95 % interval', 'largest heading step, deg'),
+        (
+            (
+                name,
+                len(paths),
+                _goal_share(paths),
+                f'{max(path.step_deg for path in paths):.1f}',
+            )
+            for name, paths in driven.items()
+            if paths
+        ),
     )
 
 
-def _learning(evidence: Evidence) -> str:
-    return (
-        'One learning phase is 20 trials of 22 paths without noise; rows that begin with "with" '
-        'change one free parameter. `goalreach bench learning` measures its speed.\n\n'
-        + tables.rows_table([row for row in evidence.learning if row['unit'] not in _TIMES])
-    )
-
-
-def _driving(evidence: Evidence) -> str:
-    return f"""\
-One policy (learned without noise), random starts over the free floor and starts at the borders
-(0.1 m between body and wall, any heading). Every 22 paths are another robot with its own drawn
-errors of odometry, camera and head.
-
-{tables.outcome_table(evidence.driven)}
-
-The same starts for every mode, nominal noise, paths that reached the goal. A heading step is the
-change of the commanded heading between two control steps (40 ms), from the moment the robot
-leaves its start; before, it stands and turns to its first heading. "Shortest" is the straight line
-into the goal region, which no robot that must turn there can beat.
-
-{tables.mode_table(evidence.driven)}"""
-
-
-def _equation_3(evidence: Evidence) -> str:
-    astray = evidence.blends['astray']
-    x_m, y_m = astray['at_m']
-    worst = f'x = {x_m:.2f} m, y = {y_m:.2f} m ({x_m / INCH_M:.0f}, {y_m / INCH_M:.0f} in)'
-    return f"""\
-As printed, equation (3) averages headings as numbers: of 315 and 45 deg it makes 180 deg, the
-opposite of both. With the policy above it points more than 45 deg away from the same weights with
-unit vectors on {astray['percent']:.1f} % of the free floor outside the goal; the worst place is
-{worst}, where it says {astray['printed_deg']:.0f} deg and unit vectors say
-{astray['unit_deg']:.0f} deg. That is why `fuzzy-as-printed` loses paths. `fuzzy-eq3` takes unit
-vectors and keeps the weights, and still jumps where the dominant region changes: its neighbours
-vote by column and by row of the dominant cell, so other cells vote on the other side. `fuzzy`
-weighs the four cells by the products of their memberships, which are continuous. Driven as a
-point without noise, from {evidence.blends['starts']} random starts:
-
-{tables.blend_table(evidence.blends)}"""
-
-
-def _policies(evidence: Evidence) -> str:
-    if not evidence.images:
-        return 'Not measured yet.'
-    return f"""\
-Learned with images: {evidence.policies} phase(s) of {evidence.image_trials} trials, every step
-through rendered images, localizer and state estimator with nominal noise; and as many without
-noise. All driven fuzzy, with images, from the same starts. The policies are few: the interval
-covers the paths, not the luck of learning.
-
-{tables.learned_table(evidence.without, evidence.images)}"""
-
-
-def _arenas(evidence: Evidence) -> str:
-    return (
-        'The same commands with `--arena NAME`: learned there without noise, driven fuzzy with '
-        'nominal noise from random starts.\n\n' + tables.arena_table(evidence.arenas)
-    )
-
-
-def _parameters() -> str:
+def parameter_values() -> dict[str, object]:
+    """Return the placeholders of the free parameters, and of the machine."""
     values = flatten_config(ControllerConfig())
     rows = [
-        (f'`{name}`', _value(values[name]), info.description)
+        (f'`{name}`', _number(values[name]), info.description)
         for name, info in parameter_infos(ControllerConfig).items()
     ]
-    knots = (
-        f'Region borders and fuzzy knots are chosen too: x knots {_metres(DEFAULT_X_KNOTS_M)}, '
-        f'y knots {_metres(DEFAULT_Y_KNOTS_M)}.'
-    )
-    return (
-        'The paper names them and gives no values but 140 x 200 in, 22 starts and 20 trials. How '
-        'much success depends on each parameter of learning is in the section on learning.\n\n'
-        + tables.table(('parameter', 'default', 'what it is'), rows)
-        + f'\n\n{knots}'
-    )
+    return {
+        'machine': machine(),
+        'parameters': table(('parameter', 'default', 'description'), rows),
+        'x_knots': ', '.join(f'{knot_m:.3f}' for knot_m in DEFAULT_X_KNOTS_M),
+        'y_knots': ', '.join(f'{knot_m:.3f}' for knot_m in DEFAULT_Y_KNOTS_M),
+    }
 
 
-def _value(value: object) -> str:
+def _number(value: object) -> str:
     return f'{value:.6g}' if isinstance(value, float) else str(value)
-
-
-def _metres(knots_m: Sequence[float]) -> str:
-    return ', '.join(f'{knot_m:.3f}' for knot_m in knots_m) + ' m'

@@ -1,166 +1,130 @@
-"""Driving with images in the loop: crisp against the fuzzy blends, on the same starts."""
+"""The driving suite: crisp and fuzzy driving from the same starts, with images in the loop."""
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 import math
-from typing import TYPE_CHECKING
+import statistics
 
+from goalreach_evaluation.choices import choose_noise, choose_policy
 from goalreach_evaluation.path_metrics import wilson_interval
+from goalreach_evaluation.starts import RunSeeds
+from goalreach_lab.options import StudyOptions
+from goalreach_lab.reproduction.driving_study import (
+    KINDS,
+    MODES,
+    Condition,
+    DrivenPath,
+    driving_study,
+    to_goal,
+)
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study import find
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.options import option
 
-if TYPE_CHECKING:
-    from goalreach_evaluation.path_metrics import PathResult
-    from goalreach_msgs_py.regions import RegionMap
-    from goalreach_msgs_py.values import Pose2
+SUMMARY = 'Crisp and fuzzy driving with rendered images, from random and border starts'
 
-
-SUMMARY = 'Crisp and fuzzy driving with rendered images, over random and border starts'
-
-_MODES = ('crisp', 'fuzzy', 'fuzzy-eq3', 'fuzzy-as-printed')
 _LARGEST_STEP_DEG = 10.0
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    parser.add_argument(
-        '--starts',
-        type=int,
-        default=100,
-        help='random starts over the free floor, and as many at the borders, for each mode',
-    )
-    parser.add_argument('--noise', default='nominal', help='none, nominal, harsh or a file')
-    parser.add_argument('--jobs', type=int, default=1, help='processes')
+@dataclass(frozen=True, kw_only=True)
+class Options(StudyOptions):
+    """Options of the suite."""
+
+    starts: int = option(100, 'random starts, and border starts, of each mode', minimum=1)
+    noise: str = option('nominal', 'sensor errors: none, nominal, harsh or a YAML file')
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
-    """Drive every mode from the same starts.
+def execute(options: Options) -> list[BenchRow]:
+    """Drive every mode from the same starts and return the rows.
 
     Raises:
-        GoalreachError: An option or a file is refused.
+        GoalreachError: A file is refused or cannot be written.
     """
-    import numpy as np
-
-    from goalreach_evaluation.choices import choose_noise
-    from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
-    from goalreach_evaluation.starts import border_starts, random_starts
-    from goalreach_learning.controller_config import ControllerConfig
-    from goalreach_learning.training import train
-    from goalreach_msgs_py.arena import Arena
-    from goalreach_msgs_py.errors import ConfigurationError
-
-    for name in ('starts', 'jobs'):
-        if getattr(options, name) < 1:
-            raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
     arena = Arena()
-    learner, places = np.random.SeedSequence(options.seed).spawn(2)
-    policy = train(arena, rng=np.random.default_rng(learner)).policy
-    rng = np.random.default_rng(places)
-    starts = [
-        *random_starts(arena, options.starts, rng),
-        *border_starts(arena, options.starts, rng),
-    ]
-    driven: dict[str, list[PathResult]] = {}
-    for mode in _MODES:
-        plan = EvaluationPlan(
+    policy = choose_policy(None, arena, RunSeeds.spawn(options.seed).training)
+    conditions = {
+        (mode, kind): Condition(
+            name=f'{options.noise} {mode} {kind}',
             arena=arena,
-            noise=choose_noise(options.noise),
             policy=policy,
-            controller=ControllerConfig(mode=mode),
-            starts=starts,
+            mode=mode,
+            noise=choose_noise(options.noise),
+            kind=kind,
+            paths=options.starts,
             seed=options.seed,
         )
-        sessions = drive_sessions(plan, jobs=options.jobs)
-        driven[mode] = [path for session in sessions for path in session.paths]
-    return [row for mode in _MODES for row in _rows(mode, driven, arena.regions, options.noise)]
+        for mode in MODES
+        for kind in KINDS
+    }
+    study = driving_study(
+        list(conditions.values()), name='driving', seed=options.seed, jobs=options.jobs
+    )
+    driven = find(study, options.results, measure=not options.as_it_is) or {}
+    paths = {
+        mode: [path for kind in KINDS for path in driven.get(conditions[mode, kind].name, ())]
+        for mode in MODES
+    }
+    least = 100.0 if options.noise in ('none', 'nominal') else 99.5
+    return [row for mode in MODES if paths[mode] for row in _rows(mode, paths, least)]
 
 
-def distance_to_goal(start: Pose2, regions: RegionMap) -> float:
-    """Return the length of the shortest path into the goal region, metres.
+def goal_row(name: str, paths: Sequence[DrivenPath], least: float | None) -> BenchRow:
+    """Return the row of the share of paths that reached the goal.
 
     Args:
-        start: Where it begins.
-        regions: The region map; the floor is convex, so the path is straight.
+        name: What was driven.
+        paths: Its paths, at least one.
+        least: Goal of the row in percent, or None.
     """
-    x_low, y_low, x_high, y_high = regions.bounds(regions.goal)
-    return math.hypot(
-        max(x_low - start.x_m, 0.0, start.x_m - x_high),
-        max(y_low - start.y_m, 0.0, start.y_m - y_high),
+    reached = len(to_goal(paths))
+    low, high = wilson_interval(reached, len(paths))
+    lost = Counter(path.outcome for path in paths if path.outcome != 'goal')
+    return BenchRow(
+        name=f'{name}: goal reached',
+        unit='% of paths',
+        ours=100.0 * reached / len(paths),
+        goal=None if least is None else Goal(of='ours', relation='>=', bound=least),
+        n=len(paths),
+        note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %'
+        + ''.join(f'; {outcome} {count}' for outcome, count in sorted(lost.items())),
     )
 
 
-def _rows(
-    mode: str, driven: dict[str, list[PathResult]], regions: RegionMap, noise: str
-) -> list[BenchRow]:
-    paths, crisp = driven[mode], driven['crisp']
-    goals = sum(path.outcome == 'goal' for path in paths)
-    low, high = wilson_interval(goals, len(paths))
-    lost = {kind: sum(p.outcome == kind for p in paths) for kind in _lost_kinds(paths)}
-    must = 100.0 if noise in ('none', 'nominal') else 99.5
-    rows = [
-        BenchRow(
-            name=f'{mode}: goal reached',
-            unit='% of paths',
-            ours=100.0 * goals / len(paths),
-            goal=Goal(of='ours', relation='>=', bound=must) if mode == 'fuzzy' else None,
-            n=len(paths),
-            note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %'
-            + ''.join(f'; {kind} {count}' for kind, count in lost.items()),
-        )
-    ]
-    figures = (
-        ('time to the goal, mean', 's', _mean_time),
-        ('total turning, mean', 'deg', _mean_turning),
-        ('length over the shortest path, mean', 'm', lambda p: _mean_detour(p, regions)),
+def _rows(mode: str, paths: dict[str, list[DrivenPath]], least: float) -> list[BenchRow]:
+    fuzzy = mode == 'fuzzy'
+    step = Goal(of='ours', relation='<=', bound=_LARGEST_STEP_DEG)
+    figures: tuple[tuple[str, str, Callable[[DrivenPath], float]], ...] = (
+        ('time to the goal, mean', 's', lambda path: path.duration_s),
+        ('total turning, mean', 'deg', lambda path: path.turning_deg),
+        ('excess over the shortest path, mean', 'm', lambda path: path.length_m - path.shortest_m),
     )
-    for name, unit, figure in figures:
-        rows.append(
+
+    def mean(figure: Callable[[DrivenPath], float], of: str) -> float:
+        good = to_goal(paths[of])
+        return statistics.fmean(map(figure, good)) if good else math.nan
+
+    return [
+        goal_row(mode, paths[mode], least if fuzzy else None),
+        *(
             BenchRow(
                 name=f'{mode}: {name}',
                 unit=unit,
-                ours=figure(paths),
-                reference=None if mode == 'crisp' else figure(crisp),
+                ours=mean(figure, mode),
+                reference=None if mode == 'crisp' else mean(figure, 'crisp'),
                 reference_name='crisp',
-                n=goals,
+                n=len(to_goal(paths[mode])),
             )
-        )
-    step_deg = max(math.degrees(path.max_heading_step_rad) for path in paths)
-    step_goal = Goal(of='ours', relation='<=', bound=_LARGEST_STEP_DEG)
-    rows.append(
+            for name, unit, figure in figures
+        ),
         BenchRow(
             name=f'{mode}: largest change of the commanded heading in a step',
             unit='deg',
-            ours=step_deg,
-            goal=step_goal if mode == 'fuzzy' else None,
-            n=len(paths),
-        )
-    )
-    return rows
-
-
-def _lost_kinds(paths: Sequence[PathResult]) -> list[str]:
-    return sorted({path.outcome for path in paths} - {'goal'})
-
-
-def _mean(values: Sequence[float]) -> float:
-    return math.fsum(values) / len(values) if values else math.nan
-
-
-def _mean_time(paths: Sequence[PathResult]) -> float:
-    return _mean([path.duration_s for path in paths if path.outcome == 'goal'])
-
-
-def _mean_turning(paths: Sequence[PathResult]) -> float:
-    return math.degrees(_mean([path.turning_rad for path in paths if path.outcome == 'goal']))
-
-
-def _mean_detour(paths: Sequence[PathResult], regions: RegionMap) -> float:
-    """Return the mean length driven beyond the shortest path into the goal, metres."""
-    return _mean(
-        [
-            path.length_m - distance_to_goal(path.start, regions)
-            for path in paths
-            if path.outcome == 'goal'
-        ]
-    )
+            ours=max(path.step_deg for path in paths[mode]),
+            goal=step if fuzzy else None,
+            n=len(paths[mode]),
+        ),
+    ]

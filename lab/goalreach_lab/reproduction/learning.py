@@ -1,25 +1,37 @@
-"""Learning: how surely, how soon, how fast, and how near to the optimum."""
+"""The learning suite: success, trials needed and values of Q-learning over many seeds."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
+from dataclasses import dataclass
+import functools
 import statistics
-import time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, Final
 
-from goalreach_lab.row import BenchRow, Goal
+import numpy as np
 
-if TYPE_CHECKING:
-    from goalreach_learning.q_learning import LearningConfig
-    from goalreach_msgs_py.arena import Arena
 from goalreach_evaluation.path_metrics import wilson_interval
+from goalreach_lab.batch.batch_training import (
+    greedy_successes_batch,
+    train_batch,
+    value_iteration,
+)
+from goalreach_lab.options import StudyOptions
+from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study import Case, Result, Study, find, per_case
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.options import option
 
-SUMMARY = 'Learning over many seeds: success, trials needed, time, distance from the optimum'
+SUMMARY = 'Q-learning over many seeds: success, trials needed, difference from the optimal values'
 
+SUCCESS: Final = 'greedy policy reaches the goal from all 22 starts'
+SETTLED: Final = 'trial after which it always does, median'
+VALUES: Final = 'largest difference of the mean values of the regions from value iteration'
 _BATCH = 1000
 # Chosen, not from the paper: each free parameter well to either side of its default.
-_VARIATIONS = (
+_VARIATIONS: tuple[dict[str, float], ...] = (
+    {},
     {'alpha': 0.1},
     {'alpha': 0.8},
     {'gamma': 0.5},
@@ -30,160 +42,153 @@ _VARIATIONS = (
     {'temperature_start': 1.0, 'temperature_end': 1.0},
     {'start_jitter_m': 0.0, 'overshoot_m': 0.0},
 )
+"""Changes of the configuration; the first is the default."""
 
 
-class _Study(NamedTuple):
-    """What the seeds of one configuration gave."""
+@dataclass(frozen=True, kw_only=True)
+class Options(StudyOptions):
+    """Options of the suite."""
 
-    successes: int
-    seeds: int
-    first_trials: list[int]
-    largest_value_error: float
-    batch_s: list[float]
+    seeds: int = option(10_000, 'learning seeds', minimum=1)
+    variation_seeds: int = option(2000, 'seeds for each changed parameter', minimum=1)
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    parser.add_argument('--seeds', type=int, default=10_000, help='learning seeds')
-    parser.add_argument(
-        '--variation-seeds', type=int, default=2000, help='seeds for each changed parameter'
-    )
-    parser.add_argument('--phases', type=int, default=50, help='learning phases to time')
-
-
-def execute(options: argparse.Namespace) -> list[BenchRow]:
-    """Measure.
+def execute(options: Options) -> list[BenchRow]:
+    """Learn with all seeds and return the rows.
 
     Raises:
-        ConfigurationError: An option is refused.
+        FileFormatError: The results are refused or cannot be written.
     """
-    from goalreach_learning.q_learning import LearningConfig
-    from goalreach_msgs_py.arena import Arena
-    from goalreach_msgs_py.errors import ConfigurationError
-
-    for name in ('seeds', 'variation_seeds', 'phases'):
-        if getattr(options, name) < 1:
-            raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
-    arena = Arena()
-    study = _study(arena, LearningConfig(), options.seeds, options.seed)
-    rows = _main_rows(arena, study, options)
-    for changed in _VARIATIONS:
-        config = LearningConfig(**changed)  # type: ignore[arg-type]
-        varied = _study(arena, config, options.variation_seeds, options.seed)
-        name = ', '.join(f'{key} {value:g}' for key, value in changed.items())
-        rows.append(_success_row(f'with {name}', varied, goal=None))
-    return rows
+    study = learning_study(
+        seeds=options.seeds,
+        variation_seeds=options.variation_seeds,
+        seed=options.seed,
+        jobs=options.jobs,
+    )
+    return study.rows(find(study, options.results, measure=not options.as_it_is) or [])
 
 
-def _main_rows(arena: Arena, study: _Study, options: argparse.Namespace) -> list[BenchRow]:
-    from goalreach_learning.q_learning import LearningConfig
+def learning_study(*, seeds: int, variation_seeds: int, seed: int, jobs: int) -> Study:
+    """Return the study of learning with the default and with changed parameters.
 
-    phases_ms = _time_phases(arena, LearningConfig(), options.phases, options.seed)
-    return [
-        _success_row(
-            'greedy policy reaches the goal from all 22 starts',
-            study,
-            goal=Goal(of='ours', relation='>=', bound=99.9),
-        ),
-        BenchRow(
-            name='trial after which it always does, median',
-            unit='trials',
-            ours=statistics.median(study.first_trials),
-            reference=20.0,
-            reference_name="(the paper's)",
-            n=study.seeds,
-            note=f'slowest seed: {max(study.first_trials)}',
-        ),
-        BenchRow(
-            name='value of a region, mean over seeds, against value iteration',
-            unit='largest difference',
-            ours=study.largest_value_error,
-            n=study.seeds,
-        ),
-        BenchRow(
-            name='one learning phase of 440 paths, median',
-            unit='ms',
-            ours=statistics.median(phases_ms),
-            goal=Goal(of='ours', relation='<=', bound=15.0),
-            n=options.phases,
-            note='processor time of one core',
-        ),
-        BenchRow(
-            name='1000 learning phases at once, median',
-            unit='s',
-            ours=statistics.median(study.batch_s),
-            goal=Goal(of='ours', relation='<=', bound=2.0),
-            n=len(study.batch_s),
-            note='processor time of one core',
-        ),
-    ]
-
-
-def _success_row(name: str, study: _Study, *, goal: Goal | None) -> BenchRow:
-    low, high = wilson_interval(study.successes, study.seeds)
-    return BenchRow(
-        name=name,
-        unit='% of seeds',
-        ours=100.0 * study.successes / study.seeds,
-        goal=goal,
-        n=study.seeds,
-        note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %; '
-        f'always from trial {statistics.median(study.first_trials):.0f} on (median)',
+    Args:
+        seeds: Learning seeds of the default.
+        variation_seeds: Learning seeds for each changed parameter.
+        seed: Seed of everything random.
+        jobs: Number of processes.
+    """
+    return Study(
+        name='learning',
+        key=('variation', 'batch', 'seeds'),
+        settings={'seed': seed},
+        cases=[
+            {'variation': name, 'batch': batch, 'seeds': min(_BATCH, count - batch * _BATCH)}
+            for name, count in (
+                (_name(changed), variation_seeds if changed else seeds) for changed in _VARIATIONS
+            )
+            for batch in range(-(-count // _BATCH))
+        ],
+        measure=per_case(functools.partial(_learn, seed=seed), jobs=jobs),
+        analyse=_analyse,
+        rows=_rows,
     )
 
 
-def _study(arena: Arena, config: LearningConfig, seeds: int, seed: int) -> _Study:
-    import numpy as np
-
-    from goalreach_lab.batch.batch_training import (
-        greedy_successes_batch,
-        train_batch,
-        value_iteration,
-    )
-
-    successes, first, seconds = 0, [], []
-    learned, counts = np.zeros((3, 3)), np.zeros((3, 3, 8, 11), dtype=np.int64)
-    sizes = [_BATCH] * (seeds // _BATCH) + ([seeds % _BATCH] if seeds % _BATCH else [])
-    for number, size in enumerate(sizes):
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
-        began_s = time.process_time()
-        batch = train_batch(arena, config, rng=rng, n=size)
-        seconds.append((time.process_time() - began_s) * _BATCH / size)
-        reached = np.stack(
-            [
-                greedy_successes_batch(
-                    arena,
-                    batch.q_by_trial[:, trial],
-                    batch.visits_by_trial[:, trial],
-                    gamma=config.gamma,
-                ).all(axis=1)
-                for trial in range(config.trials)
-            ],
-            axis=1,
-        )
-        successes += int(reached[:, -1].sum())
-        first += [_settled_after(row) for row in reached.tolist()]
-        learned += batch.q_by_trial[:, -1].max(axis=-1).sum(axis=0) / seeds
-        counts += batch.counts
-    optimal = value_iteration(counts, gamma=config.gamma).max(axis=-1)
-    return _Study(successes, seeds, first, float(np.abs(learned - optimal).max()), seconds)
+def _name(changed: dict[str, float]) -> str:
+    return ', '.join(f'{name} {value:g}' for name, value in changed.items())
 
 
-def _settled_after(reached: Sequence[bool]) -> int:
-    """Return the trial from which on it was reached after each; one past the last if never."""
+def _config(name: str) -> LearningConfig:
+    changed = next(one for one in _VARIATIONS if _name(one) == name)
+    return LearningConfig(**changed)  # type: ignore[arg-type]
+
+
+def _learn(case: Case, *, seed: int) -> Result:
+    """Return what a batch of seeds learned.
+
+    Returns:
+        'first_trials': for each seed the trial after which its greedy policy always reached the
+        goal from all starts; 'successes': number of seeds whose last policy does; 'values': sum
+        over the seeds of the best value of each region; 'counts': number of transitions.
+    """
+    arena, config = Arena(), _config(case['variation'])
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(case['batch'],)))
+    batch = train_batch(arena, config, rng=rng, n=case['seeds'])
+    reached = np.array(
+        [
+            greedy_successes_batch(
+                arena, batch.q_by_trial[:, k], batch.visits_by_trial[:, k], gamma=config.gamma
+            ).all(axis=1)
+            for k in range(config.trials)
+        ]
+    ).T
+    return {
+        'first_trials': [settled_after(row) for row in reached.tolist()],
+        'successes': int(reached[:, -1].sum()),
+        'values': batch.q_by_trial[:, -1].max(axis=-1).sum(axis=0).tolist(),
+        'counts': batch.counts.tolist(),
+    }
+
+
+def settled_after(reached: Sequence[bool]) -> int:
+    """Return the trial after which the goal was always reached; one past the last if never."""
     lost = [trial for trial, good in enumerate(reached) if not good]
     return 1 if not lost else lost[-1] + 2
 
 
-def _time_phases(arena: Arena, config: LearningConfig, phases: int, seed: int) -> list[float]:
-    import numpy as np
+def _analyse(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """Return the findings of each variation, the default first."""
+    found = []
+    for name in map(_name, _VARIATIONS):
+        batches = [result for result in results if result['variation'] == name]
+        if not batches:
+            continue
+        seeds = sum(batch['seeds'] for batch in batches)
+        values, counts = (
+            np.sum([batch[field] for batch in batches], axis=0) for field in ('values', 'counts')
+        )
+        optimal = value_iteration(counts, gamma=_config(name).gamma).max(axis=-1)
+        found.append(
+            {
+                'name': name,
+                'seeds': seeds,
+                'successes': sum(batch['successes'] for batch in batches),
+                'first_trials': [trial for batch in batches for trial in batch['first_trials']],
+                'value_error': float(np.abs(values / seeds - optimal).max()),
+            }
+        )
+    return found
 
-    from goalreach_learning.training import train
 
-    times_ms = []
-    for number in range(phases):
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
-        began_s = time.process_time()
-        train(arena, config, rng=rng)
-        times_ms.append(1e3 * (time.process_time() - began_s))
-    return times_ms
+def _rows(found: Sequence[dict[str, Any]]) -> list[BenchRow]:
+    rows = []
+    for one in found:
+        name = f'with {one["name"]}' if one['name'] else SUCCESS
+        rows.append(_success_row(name, one))
+        if not one['name']:
+            rows += [
+                BenchRow(
+                    name=SETTLED,
+                    unit='trials',
+                    ours=statistics.median(one['first_trials']),
+                    reference=20.0,
+                    reference_name="the paper's",
+                    n=one['seeds'],
+                    note=f'slowest seed: {max(one["first_trials"])}',
+                ),
+                BenchRow(name=VALUES, unit='', ours=one['value_error'], n=one['seeds']),
+            ]
+    return rows
+
+
+def _success_row(name: str, one: dict[str, Any]) -> BenchRow:
+    low, high = wilson_interval(one['successes'], one['seeds'])
+    return BenchRow(
+        name=name,
+        unit='% of seeds',
+        ours=100.0 * one['successes'] / one['seeds'],
+        goal=None if one['name'] else Goal(of='ours', relation='>=', bound=99.9),
+        n=one['seeds'],
+        note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %; '
+        f'always after trial {statistics.median(one["first_trials"]):.0f} (median)',
+    )

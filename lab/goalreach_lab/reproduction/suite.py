@@ -1,203 +1,159 @@
-"""Every number of REPRODUCTION.md, and the document itself."""
+"""The reproduction suite: every number of REPRODUCTION.md, and the document itself."""
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-import time
 from typing import TYPE_CHECKING, Any
 
-from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.options import DocumentOptions
+from goalreach_lab.row import BenchRow
+from goalreach_msgs_py.options import option
 
 if TYPE_CHECKING:
-    from goalreach_lab.reproduction.results_file import ResultsFolder
-    from goalreach_lab.reproduction.study import DrivenPath, Study
+    from collections.abc import Mapping
+
+    from goalreach_lab.reproduction.driving_study import Condition, DrivenPath
+    from goalreach_lab.study import Study
 
 
-SUMMARY = 'Measure every claim of the paper and write REPRODUCTION.md; goes on where it ended'
-
-_BUDGETS = {
-    'fuzzy': (2000, 'fuzzy paths with nominal noise, of random and as many of border starts'),
-    'harsh': (500, 'fuzzy paths with harsh noise, of random and as many of border starts'),
-    'others': (200, 'nominal paths of each other mode, of random and as many of border starts'),
-    'others-harsh': (100, 'the same with harsh noise'),
-    'arenas': (220, 'paths in each example arena'),
-    'policy-paths': (440, 'paths of each policy that is compared for how it was learned'),
-    'seeds': (10_000, 'learning seeds'),
-    'variation-seeds': (2000, 'learning seeds for each changed parameter'),
-    'blend-starts': (2000, 'starts of a point without noise, for each blend'),
-    'image-policies': (2, 'policies learned with images in the loop'),
-    'image-trials': (20, 'trials of each of them'),
-}
+SUMMARY = 'Measure every claim of the paper and write REPRODUCTION.md'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    for name, (default, text) in _BUDGETS.items():
-        parser.add_argument(f'--{name}', type=int, default=default, metavar='N', help=text)
-    parser.add_argument('--jobs', type=int, default=1, help='processes')
-    parser.add_argument(
-        '--results',
-        type=Path,
-        default=Path('reproduction'),
+def _size(default: int, description: str) -> Any:
+    return option(default, description, minimum=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(DocumentOptions):
+    """Options of the suite."""
+
+    results: Path = option(
+        Path('reproduction'),
+        'folder of the results of finished cases, which are not measured again',
         metavar='DIR',
-        help='where finished parts are kept; what is there is not measured again',
     )
-    parser.add_argument(
-        '--as-it-is',
-        action='store_true',
-        help='write the document from what is there, drive nothing',
-    )
-    parser.add_argument('--out', type=Path, metavar='FILE', help='the document, in Markdown')
+    fuzzy: int = _size(2000, 'fuzzy paths with nominal noise, for random and for border starts')
+    harsh: int = _size(500, 'fuzzy paths with harsh noise, for random and for border starts')
+    others: int = _size(200, 'nominal paths of each other mode, for random and border starts')
+    others_harsh: int = _size(100, 'the same with harsh noise')
+    arenas: int = _size(220, 'paths in each example arena')
+    policy_paths: int = _size(440, 'paths of each policy learned with and without images')
+    seeds: int = _size(10_000, 'learning seeds')
+    variation_seeds: int = _size(2000, 'learning seeds for each changed parameter')
+    blend_starts: int = _size(2000, 'starts of a point without noise, for each blend')
+    image_policies: int = _size(2, 'policies learned with images in the loop')
+    image_trials: int = _size(20, 'trials of each of them')
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
-    """Measure what is not there yet, and write the document.
+def execute(options: Options) -> list[BenchRow]:
+    """Measure the cases that are not finished, and write the document.
 
     Raises:
-        GoalreachError: An option is refused or a file cannot be written.
+        GoalreachError: An option is refused or a file cannot be read or written.
     """
-    from goalreach_lab.reproduction.document import Evidence, write_document
-    from goalreach_lab.reproduction.results_file import ResultsFolder
-    from goalreach_msgs_py.errors import ConfigurationError
-    from goalreach_msgs_py.files import require_writable
+    from goalreach_lab.reproduction import document
+    from goalreach_lab.reproduction.blend_study import blend_study
+    from goalreach_lab.reproduction.learning import learning_study
+    from goalreach_lab.template import write_document
+    from goalreach_msgs_py.files import make_folder, require_writable
 
-    for name in (*_BUDGETS, 'jobs'):
-        value = getattr(options, name.replace('-', '_'))
-        if value < 1:
-            raise ConfigurationError(f'--{name}', value, 'a whole number >= 1')
+    make_folder(options.results)
     if options.out is not None:
         require_writable(options.out)
-    results = ResultsFolder(options.results)
-    began_s = time.perf_counter()
-    learning = _learning(options, results)
-    blends = _blends(options, results)
-    driven, arenas = _drive(options, results)
-    policies, without, images = _compare_policies(options, results)
-    evidence = Evidence(
-        learning=learning,
-        blends=blends,
-        driven=driven,
-        arenas=arenas,
-        without=without,
-        images=images,
-        policies=policies,
-        image_trials=options.image_trials,
-        seed=options.seed,
+    seed, jobs = options.seed, options.jobs
+    learning = learning_study(
+        seeds=options.seeds, variation_seeds=options.variation_seeds, seed=seed, jobs=jobs
     )
+    learned = learning.rows(_find(options, learning) or [])
+    blends = _find(options, blend_study(starts=options.blend_starts, seed=seed, jobs=jobs))
+    driven, arenas = _drive(options)
+    values = {
+        'seed': seed,
+        **document.learning_values(learned),
+        **document.blend_values(blends),
+        **document.driving_values(driven),
+        **_compare_policies(options),
+        'arenas': document.arena_table(arenas) if any(arenas.values()) else None,
+        **document.parameter_values(),
+    }
     if options.out is not None:
-        write_document(options.out, evidence)
-    print(f'took {time.perf_counter() - began_s:.0f} s beside what was there already')
+        write_document(options.out, Path(__file__).with_name('document.md'), values)
     return _rows(driven)
 
 
-def _learning(options: argparse.Namespace, results: ResultsFolder) -> list[dict[str, Any]]:
-    from goalreach_lab.reproduction import learning
+def _find(options: Options, study: Study) -> Any:
+    from goalreach_lab.study import find
 
-    name = f'learning-{options.seeds}-{options.variation_seeds}-seed-{options.seed}'
-    found = results.read(name)
-    if found is None:
-        asked = argparse.Namespace(
-            seeds=options.seeds,
-            variation_seeds=options.variation_seeds,
-            phases=50,
-            seed=options.seed,
-        )
-        found = [row.to_json() for row in learning.execute(asked)]
-        results.write(name, found)
-    return list(found)
+    return find(study, options.results, measure=not options.as_it_is)
 
 
-def _blends(options: argparse.Namespace, results: ResultsFolder) -> dict[str, Any]:
-    from goalreach_evaluation.choices import choose_policy
-    from goalreach_evaluation.starts import RunSeeds
-    from goalreach_lab.reproduction.equation_3 import study_blends
-    from goalreach_msgs_py.arena import Arena
+def _paths(options: Options, name: str, conditions: list[Condition]) -> dict[str, Any]:
+    """Return the paths of conditions by their names; the conditions are driven if needed."""
+    from goalreach_lab.reproduction.driving_study import driving_study
 
-    name = f'blends-{options.blend_starts}-seed-{options.seed}'
-    found = results.read(name)
-    if found is None:
-        arena, seeds = Arena(), RunSeeds.spawn(options.seed)
-        policy = choose_policy(None, arena, seeds.training)
-        found = study_blends(arena, policy, options.blend_starts, seeds.starts)
-        results.write(name, found)
-    return dict(found)
+    study = driving_study(conditions, name=name, seed=options.seed, jobs=options.jobs)
+    return dict(_find(options, study) or {condition.name: [] for condition in conditions})
 
 
 def _drive(
-    options: argparse.Namespace, results: ResultsFolder
+    options: Options,
 ) -> tuple[dict[tuple[str, str, str], list[DrivenPath]], dict[str, list[DrivenPath]]]:
-    from goalreach_lab.reproduction.plans import arena_studies, mode_studies
-    from goalreach_lab.reproduction.runner import paths_of
+    """Return the paths by noise, mode and kind of starts, and by arena."""
+    from goalreach_lab.reproduction.driving_study import arena_conditions, mode_conditions
 
-    studies = mode_studies(
+    modes = mode_conditions(
         options.seed,
         fuzzy=options.fuzzy,
         harsh=options.harsh,
         others=options.others,
         others_harsh=options.others_harsh,
     )
-    arenas = arena_studies(options.seed, options.arenas)
-    _run([*studies, *arenas], options, results)
-    driven = {(s.noise, s.mode, s.kind): paths_of(s, results) for s in studies}
-    return driven, {study.arena.name: paths_of(study, results) for study in arenas}
-
-
-def _compare_policies(
-    options: argparse.Namespace, results: ResultsFolder
-) -> tuple[int, list[DrivenPath], list[DrivenPath]]:
-    from goalreach_lab.reproduction.plans import policy_studies
-    from goalreach_lab.reproduction.runner import image_policies, paths_of
-
-    policies = image_policies(
-        options.image_policies,
-        options.image_trials,
-        results,
-        jobs=options.jobs,
-        seed=options.seed,
-        learn=not options.as_it_is,
-    )
-    without, images = policy_studies(
-        options.seed, policies, options.policy_paths, trials=options.image_trials
-    )
-    _run([*without, *images], options, results)
+    arenas = arena_conditions(options.seed, options.arenas)
+    paths = _paths(options, 'driving', [*modes.values(), *arenas.values()])
     return (
-        len(policies),
-        [path for study in without for path in paths_of(study, results)],
-        [path for study in images for path in paths_of(study, results)],
+        {key: paths[condition.name] for key, condition in modes.items()},
+        {name: paths[condition.name] for name, condition in arenas.items()},
     )
 
 
-def _run(studies: Sequence[Study], options: argparse.Namespace, results: ResultsFolder) -> None:
-    from goalreach_evaluation.terminal import progress_bar
-    from goalreach_lab.reproduction.runner import drive_studies
+def _compare_policies(options: Options) -> dict[str, object]:
+    """Return the placeholders of the policies learned with images, and without."""
+    from goalreach_lab.reproduction.document import learned_table
+    from goalreach_lab.reproduction.driving_study import image_learning_study, policy_conditions
 
-    if options.as_it_is:
-        return
-    total = sum(study.sessions for study in studies)
-    with progress_bar('driving', total=total) as advance:
-        drive_studies(studies, results, jobs=options.jobs, progress=advance)
+    policies = _find(
+        options,
+        image_learning_study(
+            count=options.image_policies,
+            trials=options.image_trials,
+            seed=options.seed,
+            jobs=options.jobs,
+        ),
+    )
+    conditions = policy_conditions(policies or {}, options.policy_paths)
+    paths = _paths(options, f'policies-{options.image_trials}', conditions)
+    without, images = (
+        [path for one in conditions if kind in one.name for path in paths[one.name]]
+        for kind in ('without noise', 'with images')
+    )
+    return {
+        'learned': learned_table(without, images) if without and images else None,
+        'policies': len(policies or {}),
+        'image_trials': options.image_trials,
+    }
 
 
-def _rows(driven: dict[tuple[str, str, str], list[DrivenPath]]) -> list[BenchRow]:
-    from goalreach_evaluation.path_metrics import wilson_interval
+def _rows(driven: Mapping[tuple[str, str, str], list[DrivenPath]]) -> list[BenchRow]:
+    from goalreach_lab.reproduction.driving import goal_row
 
-    rows = []
-    for (noise, mode, kind), paths in driven.items():
-        if not paths:
-            continue
-        reached = sum(path.outcome == 'goal' for path in paths)
-        low, high = wilson_interval(reached, len(paths))
-        bound = 100.0 if noise == 'nominal' else 99.5
-        rows.append(
-            BenchRow(
-                name=f'{mode}, {noise} noise, {kind} starts: goal reached',
-                unit='% of paths',
-                ours=100.0 * reached / len(paths),
-                goal=Goal(of='ours', relation='>=', bound=bound) if mode == 'fuzzy' else None,
-                n=len(paths),
-                note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %',
-            )
+    least = {'nominal': 100.0, 'harsh': 99.5}
+    return [
+        goal_row(
+            f'{mode}, {noise} noise, {kind} starts',
+            paths,
+            least[noise] if mode == 'fuzzy' else None,
         )
-    return rows
+        for (noise, mode, kind), paths in driven.items()
+        if paths
+    ]

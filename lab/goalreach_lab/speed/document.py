@@ -7,11 +7,11 @@ from itertools import chain
 from pathlib import Path
 
 from goalreach_lab.report import goals_met, machine
-from goalreach_lab.reproduction.tables import table
 from goalreach_lab.row import BenchRow
 from goalreach_lab.speed.driving import profile_driving
 from goalreach_lab.speed.groups import GROUPS
 from goalreach_lab.speed.measurement import Budget
+from goalreach_lab.template import table
 from goalreach_msgs_py.files import write_text_atomically
 
 _PROFILED_PATHS = 22

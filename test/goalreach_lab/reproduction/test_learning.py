@@ -1,9 +1,14 @@
-import argparse
-
 import pytest
 
 from goalreach_evaluation.path_metrics import wilson_interval
-from goalreach_lab.reproduction.learning import _settled_after, configure, execute
+from goalreach_lab.reproduction.learning import (
+    SETTLED,
+    SUCCESS,
+    VALUES,
+    Options,
+    execute,
+    settled_after,
+)
 from goalreach_msgs_py.errors import ConfigurationError
 
 
@@ -14,29 +19,20 @@ def test_wilson_interval_by_hand() -> None:
 
 
 def test_settled_after() -> None:
-    assert _settled_after([True, True, True]) == 1
-    assert _settled_after([False, True, False, True]) == 4
-    assert _settled_after([True, False]) == 3  # not within the two
-
-
-def options(*arguments: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--seed', type=int, default=0)
-    configure(parser)
-    return parser.parse_args(arguments)
+    assert settled_after([True, True, True]) == 1
+    assert settled_after([False, True, False, True]) == 4
+    assert settled_after([True, False]) == 3  # not within the two
 
 
 def test_rows_of_a_small_study() -> None:
-    rows = execute(options('--seeds', '40', '--variation-seeds', '5', '--phases', '2'))
-    by_name = {row.name: row for row in rows}
-    success = by_name['greedy policy reaches the goal from all 22 starts']
+    by_name = {row.name: row for row in execute(Options(seeds=40, variation_seeds=5))}
+    success = by_name[SUCCESS]
     assert (success.ours, success.n, success.met) == (100.0, 40, True)
-    assert 1 <= by_name['trial after which it always does, median'].ours <= 10
-    value = by_name['value of a region, mean over seeds, against value iteration']
-    assert 0.0 < value.ours < 0.05
+    assert 1 <= by_name[SETTLED].ours <= 10
+    assert 0.0 < by_name[VALUES].ours < 0.05
     assert sum(name.startswith('with ') for name in by_name) == 9
 
 
 def test_refuses_no_seeds() -> None:
     with pytest.raises(ConfigurationError, match='--seeds = 0'):
-        execute(options('--seeds', '0'))
+        Options(seeds=0)

@@ -1,14 +1,17 @@
-"""Where equation (3) as printed goes astray, and where its heading jumps."""
+"""The blends of headings without noise: deviation of equation (3) as printed, and jumps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+import functools
 import math
 from typing import Any, Final
 
 import numpy as np
 
-from goalreach_evaluation.starts import random_starts
+from goalreach_evaluation.choices import choose_policy
+from goalreach_evaluation.starts import RunSeeds, random_starts
+from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.kinematic_drive import blended_track
 from goalreach_learning.policy import Policy
@@ -21,40 +24,42 @@ BLENDS: Final = ('fuzzy', 'fuzzy-eq3', 'fuzzy-as-printed')
 
 _GRID_M = 0.02
 _ASIDE_M = 1e-6
-_ASTRAY_DEG = 45.0
+_DEVIATION_DEG = 45.0
 
 
-def study_blends(arena: Arena, policy: Policy, starts: int, seed: int) -> dict[str, Any]:
-    """Return the findings on the three blends, without noise.
+def blend_study(*, starts: int, seed: int, jobs: int) -> Study:
+    """Return the study of the three blends without noise.
+
+    The findings of each blend are 'jump_deg' and 'jump_at_m', the largest jump of the heading
+    across a border between two regions, and 'goal', the number of starts from which a point
+    reaches the goal. Those of 'fuzzy-as-printed' include 'deviation', see `_deviation`.
 
     Args:
-        arena: Where.
-        policy: What is blended.
-        starts: Random starts that a point is driven from with each.
-        seed: Seed of the starts.
-
-    Returns:
-        'astray': share of the floor, in percent, where equation (3) as printed points more than
-        45 deg from the same weights with unit vectors, the worst difference and where it is.
-        For each blend, 'jump': largest jump of the heading across a border between two
-        regions, and where; 'goal': how many of the starts reach the goal.
+        starts: Random starts of each blend.
+        seed: Seed of learning and starts.
+        jobs: Number of processes.
     """
-    drawn = random_starts(arena, starts, np.random.default_rng(seed))
-    found: dict[str, Any] = {'astray': _astray(arena, policy), 'starts': starts}
-    for mode in BLENDS:
-        tracks = [
-            blended_track(
-                arena,
-                policy,
-                start,
-                mode=mode,
-                memberships=lambda x_m, y_m: _fuzzy_state(policy, x_m, y_m),
-            )
-            for start in drawn
-        ]
-        reached = sum(track.outcome is PathOutcome.GOAL for track in tracks)
-        found[mode] = {'jump': _largest_jump(arena, policy, mode), 'goal': reached}
-    return found
+    return Study(
+        name='blends',
+        key=('blend', 'starts'),
+        settings={'seed': seed},
+        cases=[{'blend': blend, 'starts': starts} for blend in BLENDS],
+        measure=per_case(functools.partial(_measure, seed=seed), jobs=jobs),
+        analyse=lambda results: {result['blend']: result for result in results},
+    )
+
+
+def _measure(case: Case, *, seed: int) -> Result:
+    blend, seeds, arena = case['blend'], RunSeeds.spawn(seed), Arena()
+    policy = choose_policy(None, arena, seeds.training)
+    starts = random_starts(arena, case['starts'], np.random.default_rng(seeds.starts))
+    state = functools.partial(_fuzzy_state, policy)
+    tracks = (blended_track(arena, policy, s, mode=blend, memberships=state) for s in starts)
+    return {
+        **_largest_jump(arena, policy, blend),
+        'goal': sum(track.outcome is PathOutcome.GOAL for track in tracks),
+        'deviation': _deviation(arena, policy) if blend == 'fuzzy-as-printed' else None,
+    }
 
 
 def _fuzzy_state(
@@ -72,7 +77,14 @@ def _free(length_m: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     return np.arange(BODY_RADIUS_M, length_m - BODY_RADIUS_M, _GRID_M, dtype=np.float64)
 
 
-def _astray(arena: Arena, policy: Policy) -> dict[str, Any]:
+def _deviation(arena: Arena, policy: Policy) -> dict[str, Any]:
+    """Return how equation (3) as printed deviates from the same weights with unit vectors.
+
+    Returns:
+        'percent': share of the free floor outside the goal where it deviates by more than 45 deg;
+        'worst_deg' and 'at_m': largest deviation and its place; 'printed_deg', 'unit_deg': the
+        two headings there.
+    """
     off: list[tuple[float, float, float]] = []
     for x_m in _free(arena.width_m).tolist():
         for y_m in _free(arena.length_m).tolist():
@@ -83,7 +95,7 @@ def _astray(arena: Arena, policy: Policy) -> dict[str, Any]:
             if printed is not None and unit is not None:
                 off.append((abs(math.degrees(angle_difference(printed, unit))), x_m, y_m))
     worst_deg, x_m, y_m = max(off)
-    share = sum(one[0] > _ASTRAY_DEG for one in off) / len(off)
+    share = sum(one[0] > _DEVIATION_DEG for one in off) / len(off)
     printed, unit = (
         _heading(policy, mode, x_m, y_m) or 0.0 for mode in ('fuzzy-as-printed', 'fuzzy-eq3')
     )
@@ -103,7 +115,7 @@ def _largest_jump(arena: Arena, policy: Policy, mode: str) -> dict[str, Any]:
         if before is not None and after is not None:
             jump_deg = abs(math.degrees(angle_difference(after, before)))
             worst = max(worst, (jump_deg, [round(near[0], 3), round(near[1], 3)]))
-    return {'deg': worst[0], 'at_m': worst[1]}
+    return {'jump_deg': worst[0], 'jump_at_m': worst[1]}
 
 
 def _across_borders(arena: Arena) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
