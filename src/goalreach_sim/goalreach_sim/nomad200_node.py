@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
+from typing import Any, TypeVar
 
 from geometry_msgs.msg import TwistStamped
 import numpy as np
@@ -20,12 +22,11 @@ from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.ros.raw_robot import head_from_raw, twist_from_raw
 from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
-from goalreach_msgs_py.values import HeadAngles, Pose2
+from goalreach_msgs_py.values import HeadAngles, Twist2
+from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
 from goalreach_sim.ros.command_guard import CommandGuard
 from goalreach_sim.ros.frame_publisher import FramePublisher
-from goalreach_sim.ros.lockstep import LockstepClock
 from goalreach_sim.ros.markers import arena_markers
-from goalreach_sim.ros.realtime import RealtimeClock
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import (
     FaultParameters,
@@ -35,6 +36,7 @@ from goalreach_sim.simulator_config import (
 )
 
 _NAME = 'nomad200'
+CommandT = TypeVar('CommandT')
 _THROTTLE_S = 5.0
 
 
@@ -45,71 +47,58 @@ class Nomad200Node(Node):
     `/bumpers`, `/ground_truth/odom` once in a camera period; `/camera/image_raw/compressed` (JPEG)
     at most ten times a second of the wall clock, while somebody subscribes to it; `/arena/markers`
     once (latched); `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
-    Subscribes: `/cmd_vel`, `/head/command`, and of each of the parameter `consumers` the
-    acknowledgements (see `AcknowledgementGate`).
+    Subscribes: `/cmd_vel`, `/head/command`, and the acknowledgements of each node in the parameter
+    `consumers` (see `AcknowledgementGate`).
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
     `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
-    Other noise is another robot in the place of this one, its errors drawn anew.
+    A change of the noise replaces the robot by one with newly drawn errors.
     """
 
     def __init__(self) -> None:
-        """Declare, build and start the clock."""
         super().__init__(_NAME)
         live = ['start_pose', *(f'noise.{field.name}' for field in fields(NoiseModel))]
         self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
-        names = [f'faults.{field.name}' for field in fields(SimulatedFaults)]
-        NodeConfig(self, FaultParameters, live=names, on_change=self._on_faults)
+        faults = [f'faults.{field.name}' for field in fields(SimulatedFaults)]
+        NodeConfig(self, FaultParameters, live=faults, on_change=self._on_faults)
         regions = NodeConfig(self, RegionConfig).value
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
-        period_s = self._simulator.period_ns * 1e-9
-        self._frames = FramePublisher(
-            self,
-            body_radius_m=config.body_radius_m,
-            camera_height_m=config.camera_height_m,
-            period_s=period_s,
-        )
+        self._lockstep = timing.clock == 'lockstep'
+        self._frames = FramePublisher(self, config)
         self._diagnostics = Diagnostics(self)
         self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
         self._markers.publish(arena_markers(config, regions.region_map))
-        subscribe_raw(self, TwistStamped, CMD_VEL, self._on_drive, RELIABLE_QOS)
-        subscribe_raw(self, JointState, HEAD_COMMAND, self._on_head, RELIABLE_QOS)
-        self.create_service(Trigger, RESET_SERVICE, self._on_reset)
-        self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
-        lockstep = timing.clock == 'lockstep'
         self._guard = CommandGuard(
             self,
             limit_s=config.watchdog_s,
             brakes_after_s=config.brakes_after_s,
-            silence=not lockstep,
+            reports_silence=not self._lockstep,
         )
         self._head_target: HeadAngles | None = None
-        self._placed = False
-        self._lockstep: LockstepClock | None = None
-        self._realtime: RealtimeClock | None = None
-        if lockstep:
-            self._lockstep = LockstepClock(
-                self,
-                timeout_s=timing.answer_timeout_s,
-                consumers=timing.consumer_names,
-                period_ns=self._simulator.period_ns,
-                tick=self._tick,
-                repeat=self._repeat,
-            )
-        else:
-            self._realtime = RealtimeClock(
-                self,
-                period_ns=self._simulator.period_ns,
-                speed=timing.speed,
-                tick=self._tick,
-                consumers=timing.consumer_names,
-            )
+        self._was_placed = False
+        self._subscribe(TwistStamped, CMD_VEL, twist_from_raw, self._drive)
+        self._subscribe(JointState, HEAD_COMMAND, head_from_raw, self._turn_head)
+        self.create_service(Trigger, RESET_SERVICE, self._on_reset)
+        self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
+        self._tick_clock = self._start_clock(timing)
+
+    def _start_clock(self, timing: TimeConfig) -> LockstepClock | RealtimeClock:
+        period_ns, tick = self._simulator.period_ns, self._tick
+        if not self._lockstep:
+            return RealtimeClock(self, timing, period_ns=period_ns, tick=tick)
+        return LockstepClock(
+            self,
+            timing,
+            period_ns=period_ns,
+            tick=tick,
+            repeat=lambda: self._frames.repeat(self._stamp_ns),
+        )
 
     def _tick(self) -> int:
-        self._move_head()
-        self._placed = False
+        self._apply_head_target()
+        self._was_placed = False
         self._simulator.advance()
         frame = self._simulator.sense()
         stamp_ns = self._stamp_ns
@@ -128,81 +117,70 @@ class Nomad200Node(Node):
     def _stamp_ns(self) -> int:
         return self._time.value.start_time_ns + self._simulator.time_ns
 
-    def _repeat(self) -> None:
-        self._frames.repeat(self._stamp_ns)
+    def _subscribe(
+        self,
+        message_type: type[Any],
+        topic: str,
+        decode: Callable[[bytes], CommandT],
+        execute: Callable[[CommandT, int], None],
+    ) -> None:
+        """Subscribe to commands, of which those that guard and clock accept are executed."""
 
-    def _on_drive(self, stamp_ns: int, raw: bytes) -> None:
-        try:
-            command = twist_from_raw(raw)
-        except MessageError as error:
-            self._complain(CMD_VEL, error)
-            return
-        if self._is_due(CMD_VEL, stamp_ns):
-            self._simulator.command_drive(command, self._guard.age_s(stamp_ns))
-            self._note(CMD_VEL)
+        def on_command(stamp_ns: int, raw: bytes) -> None:
+            try:
+                command = decode(raw)
+            except MessageError as error:
+                self.get_logger().error(f'{topic}: {error}', throttle_duration_sec=_THROTTLE_S)
+                return
+            if self._guard.accepts(topic, stamp_ns) and self._tick_clock.accepts(topic, stamp_ns):
+                execute(command, stamp_ns)
+                self._tick_clock.answered(topic)
 
-    def _on_head(self, stamp_ns: int, raw: bytes) -> None:
-        try:
-            target = head_from_raw(raw)
-        except MessageError as error:
-            self._complain(HEAD_COMMAND, error)
-            return
-        if self._is_due(HEAD_COMMAND, stamp_ns):
-            self._head_target = target
-            if self._lockstep is None:
-                self._move_head()
-            self._note(HEAD_COMMAND)
+        subscribe_raw(self, message_type, topic, on_command, RELIABLE_QOS)
 
-    def _move_head(self) -> None:
-        """Take the head's target; in lockstep not before the tick, and not after a reset.
+    def _drive(self, command: Twist2, stamp_ns: int) -> None:
+        self._simulator.command_drive(command, self._guard.age_s(stamp_ns))
 
-        A target that was worked out before the robot was placed elsewhere would count or not,
-        as it arrived before the reset or after it.
+    def _turn_head(self, target: HeadAngles, _stamp_ns: int) -> None:
+        self._head_target = target
+        if not self._lockstep:
+            self._apply_head_target()
+
+    def _apply_head_target(self) -> None:
+        """Command the head: in lockstep at the tick, and not after the robot was placed.
+
+        A target computed for the pose before the reset would otherwise take effect or not,
+        depending on which message arrived first.
         """
         target, self._head_target = self._head_target, None
-        if target is not None and not self._placed:
+        if target is not None and not self._was_placed:
             self._simulator.command_head(target)
-
-    def _is_due(self, topic: str, stamp_ns: int) -> bool:
-        if self._lockstep is None:
-            return self._guard.accepts(topic, stamp_ns)
-        return self._guard.accepts(topic, stamp_ns) and self._lockstep.accepts(topic, stamp_ns)
-
-    def _note(self, topic: str) -> None:
-        if self._lockstep is not None:
-            self._lockstep.answered(topic)
-
-    def _complain(self, topic: str, error: MessageError) -> None:
-        self.get_logger().error(f'{topic}: {error}', throttle_duration_sec=_THROTTLE_S)
 
     def _on_config(self, config: SimulatorConfig) -> None:
         if config.noise != self._simulator.config.noise:
             self._simulator.change_noise(config.noise)
-            self._placed = self._lockstep is not None
+            self._was_placed = self._lockstep
 
     def _on_time(self, timing: TimeConfig) -> None:
-        if self._realtime is not None:
-            self._realtime.set_speed(timing.speed)
+        self._tick_clock.set_speed(timing.speed)
 
     def _on_faults(self, parameters: FaultParameters) -> None:
         self._simulator.faults = parameters.faults
 
     def _on_reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        x_m, y_m, heading_rad = self._config.value.start_pose
+        start = self._config.value.start
         try:
-            self._simulator.reset(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+            self._simulator.reset(start)
         except ConfigurationError as error:
             response.message = str(error)
             return response
-        self._placed = self._lockstep is not None
+        self._was_placed = self._lockstep
         response.success = True
-        response.message = f'at {x_m:.3f} m, {y_m:.3f} m, {heading_rad:.3f} rad'
+        response.message = f'at {start.x_m:.3f} m, {start.y_m:.3f} m, {start.heading_rad:.3f} rad'
         return response
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        clock = self._lockstep or self._realtime
-        if clock is not None:
-            clock.paused = request.data
+        self._tick_clock.paused = request.data
         response.success = True
         response.message = 'paused' if request.data else 'running'
         self.get_logger().info(response.message)

@@ -1,4 +1,4 @@
-"""Publishes one tick of the simulator: clock, sensors and ground truth with one stamp."""
+"""Publishers of one tick of the simulator: clock, sensors and ground truth with one stamp."""
 
 from __future__ import annotations
 
@@ -44,6 +44,7 @@ from goalreach_msgs_py.topics import (
     ODOM_FRAME,
 )
 from goalreach_sim.sensors import SensorFrame
+from goalreach_sim.simulator_config import SimulatorConfig
 
 _COMPRESSED_PERIOD_S = 0.1
 _JPEG_QUALITY = 70
@@ -60,7 +61,6 @@ class CompressedImagePublisher:
     """
 
     def __init__(self, node: Node) -> None:
-        """Make the publisher."""
         self._publisher = node.create_publisher(CompressedImage, COMPRESSED_IMAGE, SENSOR_QOS)
         self._published_s = -math.inf
 
@@ -84,22 +84,15 @@ class CompressedImagePublisher:
 
 
 class FramePublisher:
-    """The publishers of `nomad200` that send once in a camera period.
+    """Publishes the sensor readings and the ground truth of each tick.
 
     Args:
         node: The node that publishes.
-        body_radius_m: Radius told by a pressed bumper.
-        camera_height_m: Height of the optical centre, for the transforms.
-        period_s: Time between readings.
+        config: The robot: its radius, camera height and camera rate.
     """
 
-    def __init__(
-        self, node: Node, *, body_radius_m: float, camera_height_m: float, period_s: float
-    ) -> None:
-        """Make the publishers."""
-        self._body_radius_m = body_radius_m
-        self._camera_height_m = camera_height_m
-        self._period_s = period_s
+    def __init__(self, node: Node, config: SimulatorConfig) -> None:
+        self._config = config
         self._reply = StampedReply()
         self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
         self._image = node.create_publisher(Image, IMAGE, SENSOR_QOS)
@@ -112,7 +105,7 @@ class FramePublisher:
         self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
-        """Send a frame; the image goes last, since all else is small."""
+        """Publish a frame, the image last, since all else is small."""
         send = self._reply.send
         self._reply.begin(stamp_ns)
         send(self._clock, clock_to_raw(stamp_ns))
@@ -124,8 +117,8 @@ class FramePublisher:
             bumpers_to_raw(
                 frame.bumpers,
                 stamp_ns,
-                body_radius_m=self._body_radius_m,
-                scan_time_s=self._period_s,
+                body_radius_m=self._config.body_radius_m,
+                scan_time_s=self._config.period_ns * 1e-9,
             ),
         )
         send(self._camera, camera_to_raw(frame.camera, stamp_ns))
@@ -134,9 +127,9 @@ class FramePublisher:
         if self._transforms.active:
             self._transforms.publish(
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
-                + head_transforms(stamp_ns, frame.joints, self._camera_height_m)
+                + head_transforms(stamp_ns, frame.joints, self._config.camera_height_m)
             )
 
     def repeat(self, stamp_ns: int) -> None:
-        """Send the last frame again, for those who have not heard it."""
+        """Publish the last frame again, for nodes that have lost it."""
         self._reply.begin(stamp_ns)

@@ -1,4 +1,4 @@
-"""Lockstep clock of the simulation: a tick only when the last image has been answered."""
+"""Clocks of the simulation: real time and lockstep, both behind the same methods."""
 
 from __future__ import annotations
 
@@ -29,11 +29,13 @@ from goalreach_msgs_py.topics import (
     STATE,
     acknowledgement_topic,
 )
+from goalreach_sim.pacing import Pacer
+from goalreach_sim.simulator_config import TimeConfig
 
 _POLL_S: Final = 0.1
 _SETTLE_S: Final = 0.3
-"""How long the graph must have been complete before the first tick: discovery is not mutual at
-once. Chosen."""
+"""How long the graph must have been complete before the first tick, since the two ends of a topic
+discover each other one after the other; chosen."""
 _REPEAT_S: Final = 1.0
 _SUBSCRIBED: Final = (IMAGE, CAMERA_INFO, JOINT_STATES, ODOM, BUMPERS, POSE, STATE)
 _PUBLISHED: Final = {
@@ -43,6 +45,87 @@ _PUBLISHED: Final = {
     CMD_VEL: CONTROLLER,
 }
 """Topics of the loop that other nodes publish, and which node does."""
+
+
+class RealtimeClock:
+    """Ticks once in a period of the wall clock divided by the speed.
+
+    Where the machine is too slow, ticks are skipped, and every 5 s a warning reports the achieved
+    speed. The first tick waits until every consumer has registered.
+
+    Args:
+        node: The node whose executor serves the timer.
+        timing: Speed and consumers.
+        period_ns: Simulated time between ticks.
+        tick: Advances and publishes.
+    """
+
+    def __init__(
+        self, node: Node, timing: TimeConfig, *, period_ns: int, tick: Callable[[], object]
+    ) -> None:
+        self._node = node
+        self._period_s = period_ns * 1e-9
+        self._tick = tick
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = None
+        self._paused = False
+        self._awaits_consumers = bool(timing.consumer_names)
+        self._absent_s = time.monotonic()
+        self._gate = AcknowledgementGate(
+            node, timing.consumer_names, period_ns=period_ns, on_room=lambda: None
+        )
+        self.set_speed(timing.speed)
+
+    @property
+    def paused(self) -> bool:
+        """Whether ticks are withheld."""
+        return self._paused
+
+    @paused.setter
+    def paused(self, value: bool) -> None:
+        self._paused = value
+        self._restart(self._pacer.speed)
+
+    def set_speed(self, speed: float) -> None:
+        """Continue at another speed, simulated seconds per wall second."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+        self._restart(speed)
+        self._timer = self._node.create_timer(
+            self._pacer.interval_s, self._on_timer, clock=self._steady
+        )
+
+    def accepts(self, _topic: str, _stamp_ns: int) -> bool:
+        """Return whether a command may be taken: in real time always."""
+        return True
+
+    def answered(self, _topic: str) -> None:
+        """Count an accepted command, for which this clock does not wait."""
+
+    def _restart(self, speed: float) -> None:
+        self._pacer = Pacer(period_s=self._period_s, speed=speed, now_s=time.monotonic())
+
+    def _await_consumers(self) -> None:
+        now_s = time.monotonic()
+        if self._gate.absent:
+            self._absent_s = now_s
+        if now_s - self._absent_s >= _SETTLE_S:
+            self._awaits_consumers = False
+            self._restart(self._pacer.speed)
+
+    def _on_timer(self) -> None:
+        if self._paused:
+            return
+        if self._awaits_consumers:
+            self._await_consumers()
+            return
+        for _ in range(self._pacer.ticks_due(time.monotonic())):
+            self._tick()
+        speed = self._pacer.shortfall(time.monotonic())
+        if speed is not None:
+            self._node.get_logger().warning(
+                f'too slow: {speed:.3g} times real time instead of {self._pacer.speed:g}'
+            )
 
 
 class LockstepClock:
@@ -55,8 +138,7 @@ class LockstepClock:
 
     Args:
         node: The node whose executor serves the timer.
-        timeout_s: Wall seconds until a silent node is named.
-        consumers: Names of the nodes that must miss no tick.
+        timing: Time limit for answers, and consumers.
         period_ns: Simulated time between two ticks.
         tick: Advances and publishes; returns the new stamp, nanoseconds.
         repeat: Sends the last tick again.
@@ -65,16 +147,14 @@ class LockstepClock:
     def __init__(
         self,
         node: Node,
+        timing: TimeConfig,
         *,
-        timeout_s: float,
-        consumers: tuple[str, ...],
         period_ns: int,
         tick: Callable[[], int],
         repeat: Callable[[], None],
     ) -> None:
-        """Start to wait for the graph."""
         self._node = node
-        self._timeout_s = timeout_s
+        self._timeout_s = timing.answer_timeout_s
         self._tick = tick
         self._repeat = repeat
         self._stamp_ns: int | None = None
@@ -84,7 +164,10 @@ class LockstepClock:
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
         self._gate = AcknowledgementGate(
-            node, consumers, period_ns=period_ns, on_room=self._step_if_answered
+            node,
+            timing.consumer_names,
+            period_ns=period_ns,
+            on_room=self._step_if_answered,
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_S, self._on_timer, clock=steady)
@@ -98,6 +181,9 @@ class LockstepClock:
     def paused(self, value: bool) -> None:
         self._paused = value
         self._step_if_answered()
+
+    def set_speed(self, _speed: float) -> None:
+        """Ignore the speed: lockstep is as fast as the graph answers."""
 
     def accepts(self, topic: str, stamp_ns: int) -> bool:
         """Return whether a command is an answer to the last tick, and the first on its topic."""
