@@ -3,9 +3,18 @@ import math
 import numpy as np
 import pytest
 
+from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import FloatArray
-from goalreach_sim.camera_view import CameraPose, CameraView
+from goalreach_sim.camera_view import (
+    CameraPose,
+    CameraView,
+    emission,
+    emission_axes,
+    emission_exponent,
+    is_hidden,
+    posts_from_flat,
+)
 
 Distortion = tuple[float, float, float, float, float]
 IDEAL: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -96,3 +105,57 @@ def test_rolling_exposure_of_a_driving_robot() -> None:
     range_m = 2.0 + 0.5 * (1.0 - v_px / 479.0) * 0.04
     assert u_px == pytest.approx(320.0 - 500.0 * 0.4 / range_m, abs=1e-5)
     assert v_px == pytest.approx(240.0 - 500.0 * 0.2 / range_m, abs=1e-5)
+
+
+def test_leds_of_the_goal_wall_shine_along_y() -> None:
+    arena = Arena()
+    axes = emission_axes(arena.landmark_array_m, arena.width_m, arena.length_m)
+    assert axes.tolist() == [[0.0, 1.0, 0.0]] * 3
+
+
+def test_leds_of_the_other_walls_shine_inwards() -> None:
+    leds = np.array([[0.1, 3.0, 1.0], [3.9, 3.0, 1.0], [2.0, 5.9, 1.0]])
+    axes = emission_axes(leds, 4.0, 6.0)
+    assert axes.tolist() == [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
+
+
+def test_half_as_strong_at_the_half_angle() -> None:
+    half_rad = math.radians(60)
+    exponent = emission_exponent(half_rad)
+    assert emission(1.0, exponent) == 1.0
+    assert emission(math.cos(half_rad), exponent) == pytest.approx(0.5, abs=1e-12)
+    assert emission(-1.0, exponent) == 0.0
+    # At a right angle: cos(45 deg)^4.819 with 4.819 = ln 2 / -ln cos 30 deg.
+    assert emission(0.0, exponent) == pytest.approx(0.1882, abs=1e-4)
+
+
+CAMERA_M = (0.0, 0.0, 1.0)
+
+
+def test_posts_from_flat_numbers() -> None:
+    assert posts_from_flat(()) == ()
+    assert posts_from_flat((1.0, 2.0, 0.1, 1.5, 3.0, 4.0, 0.2, 2.5)) == (
+        (1.0, 2.0, 0.1, 1.5),
+        (3.0, 4.0, 0.2, 2.5),
+    )
+
+
+@pytest.mark.parametrize(
+    ('post', 'hidden'),
+    [
+        ((2.0, 0.0, 0.1, 2.0), True),
+        ((2.0, 0.09, 0.1, 2.0), True),
+        ((2.0, 0.11, 0.1, 2.0), False),
+        ((-2.0, 0.0, 0.1, 2.0), False),
+        ((5.0, 0.0, 0.1, 2.0), False),
+        # The line of sight rises 0.25 m per metre: 1.475 m high where it meets the post.
+        ((2.0, 0.0, 0.1, 1.48), True),
+        ((2.0, 0.0, 0.1, 1.47), False),
+    ],
+)
+def test_post_by_hand(post: tuple[float, float, float, float], hidden: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    assert is_hidden(CAMERA_M, (4.0, 0.0, 2.0), [post]) is hidden
+
+
+def test_an_led_straight_above_is_not_hidden() -> None:
+    assert not is_hidden(CAMERA_M, (0.0, 0.0, 2.0), [(0.0, 0.0, 0.1, 3.0)])
