@@ -1,4 +1,4 @@
-"""Bad parameters and options."""
+"""Readers of parameters and options, fed with bad ones."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _VALUES: Final = (
 
 
 class _RefusedError(GoalreachError):
-    """The parser of the command line refused, with its own words."""
+    """The parser of the command line refused its arguments."""
 
 
 def configuration_readers() -> list[Reader]:
@@ -67,26 +67,26 @@ def _node_parameters(rng: np.random.Generator) -> object:
     values = flatten_config(cls())
     for _ in range(int(rng.integers(1, 3))):
         name = list(values)[rng.integers(len(values))]
-        values[name] = _worse(values[name], rng)
+        values[name] = _mutated(values[name], rng)
     config = build_config(cls, values)
     require_finite(config, cls.__name__)
     return config
 
 
-def _worse(value: Any, rng: np.random.Generator) -> Any:
+def _mutated(value: Any, rng: np.random.Generator) -> Any:
     return mutate_value(list(value) if isinstance(value, tuple) else value, rng)
 
 
 def _run_parameters(rng: np.random.Generator) -> object:
-    """Plan a run with a parameter file that holds anything."""
+    """Plan a run with a parameter file that holds arbitrary values."""
     arena, seeds = Arena(), RunSeeds.spawn(int(rng.integers(2**31)))
     options = run.Options()
     starts = choose_starts(options, arena, seeds)
-    sound = plan_parameters(
+    valid = plan_parameters(
         options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user={}
     )
     node = NODES[rng.integers(len(NODES))]
-    names = [*sound[node], 'no_such_parameter']
+    names = [*valid[node], 'no_such_parameter']
     user = {node: {names[rng.integers(len(names))]: nasty(rng) for _ in range(2)}}
     parameters = plan_parameters(
         options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user=user
@@ -96,13 +96,13 @@ def _run_parameters(rng: np.random.Generator) -> object:
 
 
 def _parse(words: list[str]) -> Any:
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+        with contextlib.redirect_stderr(output), contextlib.redirect_stdout(output):
             _, options = Command.of_module(run).parse('goalreach run', words)
             return options
     except SystemExit:
-        raise _RefusedError(said.getvalue().strip().splitlines()[-1][:1000]) from None
+        raise _RefusedError(output.getvalue().strip().splitlines()[-1][:1000]) from None
 
 
 def _options(rng: np.random.Generator) -> object:

@@ -1,7 +1,7 @@
-"""File readers fuzzed by atheris, which looks where the code goes and keeps what leads farther.
+"""Coverage-guided fuzzing of file readers by atheris.
 
-It takes over the process it runs in, so each reader gets one of its own: `run_guided` starts it,
-`main` is it.
+It takes over its process, so that each reader gets a process of its own: `run_guided` starts it,
+and it runs `main`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ GUIDED: Final = (
 _SLOW_S: Final = 20
 _INCLUDED: Final = ['goalreach_bringup', 'goalreach_learning', 'goalreach_msgs_py', 'yaml']
 _LONGEST_BYTES: Final = 20_000
-"""Long enough for every sound file; chosen."""
+"""Long enough for every valid file; chosen."""
 
 
 def is_guided_installed() -> bool:
@@ -34,22 +34,22 @@ def is_guided_installed() -> bool:
 
 
 def run_guided(name: str, *, runs: int, seed: int, folder: Path) -> Tally:
-    """Fuzz one reader in a process of its own, until the first input that it does not take well.
+    """Fuzz one reader in a process of its own, until the first failure.
 
     Args:
-        name: Which of the targets.
-        runs: Inputs.
-        seed: Of the choice of inputs.
+        name: Name of the target.
+        runs: Number of inputs.
+        seed: Seed of the choice of inputs.
         folder: An empty folder for its files.
     """
     command = [sys.executable, '-m', __name__, name, str(runs), str(seed), str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, errors='replace', check=False)
-    said = done.stderr + done.stdout
-    count = re.search(r'^Done (\d+)', said, re.MULTILINE)
+    output = done.stderr + done.stdout
+    count = re.search(r'^Done (\d+)', output, re.MULTILINE)
     tally = Tally(f'{name}, guided')
     tally.inputs = tally.refused = int(count[1]) if count else 0
     if done.returncode or not count:
-        words = re.search(r'^.*(?:Error|Nonsense|ERROR).*$', said, re.MULTILINE)
+        words = re.search(r'^.*(?:Error|ERROR).*$', output, re.MULTILINE)
         tally.tracebacks.append((seed, words[0] if words else f'status {done.returncode}'))
     return tally
 
@@ -61,12 +61,12 @@ def main() -> None:
     name, runs, seed, words = sys.argv[1:5]
     folder = Path(words)
     with atheris.instrument_imports(include=_INCLUDED):
-        from goalreach_lab.fuzz.sound_file import bag_targets, document_targets
+        from goalreach_lab.fuzz.valid_inputs import bag_targets, document_targets
     targets = [*document_targets(folder), *bag_targets(folder)]
     target = next(one for one in targets if one.name == name)
     corpus = folder / 'corpus'
     corpus.mkdir()
-    (corpus / 'sound').write_bytes(target.write(target.sound))
+    (corpus / 'valid').write_bytes(target.encode(target.valid))
 
     def attempt(data: bytes) -> None:
         try:

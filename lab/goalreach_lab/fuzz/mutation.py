@@ -1,4 +1,4 @@
-"""Bad input made of sound input: values of the wrong kind, missing, extra, huge, broken bytes."""
+"""Mutations of valid input: wrong types, missing and extra fields, huge values, bad bytes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NASTY: Final[tuple[Any, ...]] = (
     '!!python/none',     [], [[]], [None], [math.nan] * 3, [0] * 9, list(range(30)), {}, {'': 0},
     {'a': {'b': [1]}}, b'\0\xff',
 )  # fmt: skip
-"""Values that somebody will give sooner or later."""
+"""Values that users give sooner or later."""
 
 _ENCODINGS: Final = ('utf-16', 'utf-32', 'latin-1', 'utf-8-sig', 'cp500')
 _DEEP: Final = 20_000
@@ -24,27 +24,27 @@ _LONG: Final = 200_000
 _BOMB: Final = b'a: &a [x, x, x, x, x, x, x, x, x]\n' + b''.join(
     b'%c: &%c [%s]\n' % (c + 1, c + 1, b', '.join([b'*%c' % c] * 9)) for c in range(97, 107)
 )
-"""YAML that is small and, written out, larger than any memory."""
+"""A small YAML document that is larger than any memory once its aliases are expanded."""
 
 
 def nasty(rng: np.random.Generator) -> Any:
-    """Return one of the values, a copy."""
+    """Return a copy of one of the `NASTY` values."""
     return copy.deepcopy(NASTY[rng.integers(len(NASTY))])
 
 
 def mutate_value(value: Any, rng: np.random.Generator) -> Any:
-    """Return a value of lists, dictionaries and plain values with one to three things wrong."""
+    """Return a nested value with one to three mutations."""
     changed = copy.deepcopy(value)
     for _ in range(int(rng.integers(1, 4))):
-        changed = _wrong(changed, rng)
+        changed = _mutate(changed, rng)
     return changed
 
 
-def _wrong(value: Any, rng: np.random.Generator) -> Any:
+def _mutate(value: Any, rng: np.random.Generator) -> Any:
     if isinstance(value, dict) and value and rng.random() > 0.05:  # noqa: PLR2004
-        return _wrong_mapping(value, rng)
+        return _mutate_mapping(value, rng)
     if isinstance(value, list) and value and rng.random() > 0.1:  # noqa: PLR2004
-        return _wrong_list(value, rng)
+        return _mutate_list(value, rng)
     if isinstance(value, (int, float)) and not isinstance(value, bool) and rng.random() < 0.3:  # noqa: PLR2004
         factors = (-1, 0, 1e3, 1e9, 1e300, 1e-300, 1.0000001)
         return _product(value, factors[rng.integers(len(factors))])
@@ -58,7 +58,7 @@ def _product(value: float, factor: float) -> float:
         return math.inf
 
 
-def _wrong_mapping(value: dict[Any, Any], rng: np.random.Generator) -> dict[Any, Any]:
+def _mutate_mapping(value: dict[Any, Any], rng: np.random.Generator) -> dict[Any, Any]:
     keys = list(value)
     key = keys[rng.integers(len(keys))]
     chance = rng.random()
@@ -67,11 +67,11 @@ def _wrong_mapping(value: dict[Any, Any], rng: np.random.Generator) -> dict[Any,
     elif chance < 0.25:  # noqa: PLR2004
         value[f'{key}x' if chance < 0.2 else 7] = nasty(rng)  # noqa: PLR2004
     else:
-        value[key] = _wrong(value[key], rng)
+        value[key] = _mutate(value[key], rng)
     return value
 
 
-def _wrong_list(value: list[Any], rng: np.random.Generator) -> list[Any]:
+def _mutate_list(value: list[Any], rng: np.random.Generator) -> list[Any]:
     index = int(rng.integers(len(value)))
     chance = rng.random()
     if chance < 0.1:  # noqa: PLR2004
@@ -79,12 +79,12 @@ def _wrong_list(value: list[Any], rng: np.random.Generator) -> list[Any]:
     elif chance < 0.2:  # noqa: PLR2004
         value.insert(index, nasty(rng))
     else:
-        value[index] = _wrong(value[index], rng)
+        value[index] = _mutate(value[index], rng)
     return value
 
 
 def mutate_bytes(data: bytes, rng: np.random.Generator) -> bytes:
-    """Return a file with something wrong with its bytes."""
+    """Return the bytes of a file with one mutation."""
     return _BYTE_FAULTS[int(rng.integers(len(_BYTE_FAULTS)))](data, rng)
 
 

@@ -1,4 +1,4 @@
-"""One thing that reads what others made, and how it is judged."""
+"""Readers under test, and the tally of what they did with bad input."""
 
 from __future__ import annotations
 
@@ -14,26 +14,27 @@ import numpy as np
 from goalreach_msgs_py.errors import GoalreachError
 
 SLOW_S: Final = 5.0
-"""An input that takes more processor time than this hangs; chosen: a hundred times the usual."""
+"""An input that takes more processor time is a hang; chosen, a hundred times the usual."""
 
 STUCK_S: Final = 60.0
-"""One that takes longer than this by the clock hangs, whatever it waits for; chosen."""
+"""An input that takes longer by the wall clock is a hang; chosen."""
 
 _LONGEST_LINE: Final = 1500
 
 
-class Nonsense(Exception):  # noqa: N818 - what it is
-    """A reader accepted what makes no sense."""
+class InvalidAcceptedError(Exception):
+    """A reader accepted an invalid value."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reader:
-    """Something that reads input.
+    """A reader under test.
 
     Attributes:
-        name: What it reads.
-        attempt: Makes one bad input from the generator and reads it; returns what was read.
-            Raises `GoalreachError` where it refused, `Nonsense` where it should have.
+        name: Name of its input.
+        attempt: Makes one bad input from the generator, reads it and returns the value read.
+            Raises `GoalreachError` where the reader refuses the input, and `InvalidAcceptedError`
+            where it accepts an invalid value.
     """
 
     name: str
@@ -42,16 +43,16 @@ class Reader:
 
 @dataclass
 class Tally:
-    """What a reader did with many inputs.
+    """Counts of what a reader did with many inputs.
 
     Attributes:
-        name: The reader.
-        inputs: How many.
-        refused: Refused with one line.
-        accepted: Accepted, and sensible.
-        tracebacks: Seeds and texts of those that ended in another exception, an unclear line,
-            or were accepted and make no sense.
-        hangs: Seeds of those that took too long.
+        name: Name of the reader.
+        inputs: Number of inputs.
+        refused: Inputs refused with one line.
+        accepted: Inputs accepted with a valid value.
+        tracebacks: Seeds and texts of inputs that ended in another exception or an unclear line,
+            or were accepted with an invalid value.
+        hangs: Seeds of inputs that took too long.
     """
 
     name: str
@@ -62,7 +63,7 @@ class Tally:
     hangs: list[int] = field(default_factory=list)
 
     def add(self, other: Tally) -> None:
-        """Count what the reader did with further inputs."""
+        """Add the counts of further inputs."""
         self.inputs += other.inputs
         self.refused += other.refused
         self.accepted += other.accepted
@@ -71,7 +72,7 @@ class Tally:
 
 
 def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
-    """Return what a reader did with the inputs of some seeds."""
+    """Feed a reader the inputs of some seeds; return its tally."""
     tally = Tally(reader.name)
     for seed in seeds:
         tally.inputs += 1
@@ -84,7 +85,7 @@ def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
             line = str(error)
             if '\n' in line or not line.strip() or len(line) > _LONGEST_LINE:
                 tally.tracebacks.append((seed, f'not one clear line: {line[:200]!r}'))
-        except Exception as error:  # noqa: BLE001 - whatever it is, it is found here
+        except Exception as error:  # noqa: BLE001 - any other exception is a finding
             frames = traceback.extract_tb(error.__traceback__)
             where = f'{frames[-1].filename.rpartition("/")[2]}:{frames[-1].lineno}'
             text = f'{type(error).__name__}: {str(error)[:200]} ({where})'
@@ -96,15 +97,15 @@ def try_inputs(reader: Reader, seeds: Iterable[int]) -> Tally:
 
 
 def require_finite(value: Any, place: str = '') -> None:
-    """Look through a value for numbers that are none.
+    """Search a value, however nested, for numbers that are not finite.
 
     Raises:
-        Nonsense: There is one.
+        InvalidAcceptedError: There is one.
     """
     if isinstance(value, float) and not math.isfinite(value):
-        raise Nonsense(f'{place} = {value}')
+        raise InvalidAcceptedError(f'{place} = {value}')
     if isinstance(value, np.ndarray) and not np.isfinite(value).all():
-        raise Nonsense(f'{place} holds a number that is none')
+        raise InvalidAcceptedError(f'{place} holds a number that is not finite')
     if isinstance(value, dict):
         for key, element in value.items():
             require_finite(element, f'{place}.{key}')

@@ -1,106 +1,121 @@
-"""Bad input by the ten thousand for every reader of files, parameters, options and messages."""
+"""Bad input for every reader of files, parameters, options and messages."""
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import partial
 import os
 from pathlib import Path
 import sys
 import tempfile
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
+from goalreach_lab.fuzz.reader import Reader, Tally, try_inputs
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study import Case, Result, Study, find, per_case
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.options import option
 
-if TYPE_CHECKING:
-    from goalreach_lab.fuzz.reader import Tally
-    from goalreach_lab.fuzz.tally_file import TallyFile
-
-
-SUMMARY = 'Feed every reader bad input; one clear line each, no traceback, no hang, no nonsense'
+SUMMARY = 'Feed every reader bad input: one clear line each, no traceback, hang or invalid value'
 
 _SHOWN = 5
 _CHUNK = 500
+_GUIDED = ', guided'
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    add = parser.add_argument
-    add('--examples', type=int, default=2000, metavar='N', help='inputs over all readers')
-    add('--readers', default='', metavar='WORDS', help='only readers with one of these words')
-    add(
-        '--guided',
-        type=int,
-        default=0,
-        metavar='N',
-        help='further inputs for each file reader, chosen by atheris where it is installed',
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    examples: int = option(2000, 'inputs over all readers', minimum=1)
+    readers: str = option('', 'only readers with one of these words, by comma', metavar='WORDS')
+    guided: int = option(
+        0, 'further inputs for each file reader, by atheris where it is installed', minimum=0
     )
-    add('--results', type=Path, metavar='FILE', help='keep counts there, and go on from them')
+    results: Path | None = option(None, 'keep counts there, and resume', metavar='DIR')
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
-    """Feed them.
+def execute(options: Options) -> list[BenchRow]:
+    """Feed the readers, and report their tallies.
 
     Raises:
-        GoalreachError: An option is refused.
+        GoalreachError: An option is refused, or a file of results is refused.
     """
     os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
-    from goalreach_evaluation.terminal import progress_bar
-    from goalreach_lab.fuzz.reader import try_inputs
-    from goalreach_lab.fuzz.ros_readers import all_readers
-    from goalreach_lab.fuzz.tally_file import TallyFile
-    from goalreach_msgs_py.errors import ConfigurationError
+    from goalreach_lab.fuzz.ros_messages import all_readers
 
-    for name, least in (('examples', 1), ('guided', 0)):
-        if getattr(options, name) < least:
-            raise ConfigurationError(f'--{name}', getattr(options, name), f'at least {least}')
-    words = [word.strip() for word in options.readers.split(',') if word.strip()]
-    done = TallyFile(options.results)
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         readers = all_readers(Path(folder))
-        chosen = [r for r in readers if not words or any(word in r.name for word in words)]
-        if not chosen:
-            raise ConfigurationError(
-                '--readers', options.readers, 'a word of the name of a reader'
-            )
-        each = -(-options.examples // len(chosen))
-        with progress_bar('readers', total=len(chosen)) as advance:
-            for reader in chosen:
-                sequence = np.random.SeedSequence([options.seed, readers.index(reader)])
-                seeds = sequence.generate_state(each).tolist()
-                while rest := seeds[done.of(reader.name).inputs :]:
-                    done.add(try_inputs(reader, rest[:_CHUNK]))
-                advance(1)
-    if options.guided:
-        _guide(options, done)
-    tallies = list(done.tallies.values())
+        study = Study(
+            name='fuzz',
+            key=('reader', 'first', 'count'),
+            cases=[*_cases(options, readers), *_guided_cases(options)],
+            measure=per_case(partial(_measure, readers=readers, seed=options.seed)),
+            settings={'seed': options.seed},
+            analyse=add_up,
+        )
+        tallies: list[Tally] = find(study, options.results)
     for tally in tallies:
         for seed, text in tally.tracebacks[:_SHOWN]:
             sys.stderr.write(f'{tally.name}, seed {seed}: {text}\n')
         for seed in tally.hangs[:_SHOWN]:
             sys.stderr.write(f'{tally.name}, seed {seed}: took too long\n')
-    return [*(_row(tally) for tally in tallies), _total(tallies)]
+    return [*(_row(tally) for tally in tallies), _total_row(tallies)]
 
 
-def _guide(options: argparse.Namespace, done: TallyFile) -> None:
-    """Let atheris choose further inputs for the readers of files."""
-    from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
+def _cases(options: Options, readers: Sequence[Reader]) -> list[dict[str, object]]:
+    """Return the inputs of each chosen reader in chunks."""
+    words = [word.strip() for word in options.readers.split(',') if word.strip()]
+    names = [r.name for r in readers if not words or any(word in r.name for word in words)]
+    if not names:
+        raise ConfigurationError('--readers', options.readers, 'a word of the name of a reader')
+    each = -(-options.examples // len(names))
+    return [
+        {'reader': name, 'first': first, 'count': min(_CHUNK, each - first)}
+        for name in names
+        for first in range(0, each, _CHUNK)
+    ]
 
+
+def _guided_cases(options: Options) -> list[dict[str, object]]:
+    if not options.guided:
+        return []
     if not is_guided_installed():
         sys.stderr.write('--guided: skipped, atheris is not installed (extra "fuzz")\n')
-        return
-    for name in GUIDED:
-        if done.of(f'{name}, guided').inputs >= options.guided:
-            continue
+        return []
+    return [{'reader': n + _GUIDED, 'first': 0, 'count': options.guided} for n in GUIDED]
+
+
+def _measure(case: Case, *, readers: Sequence[Reader], seed: int) -> dict[str, object]:
+    """Return the tally of a case."""
+    first, count = case['first'], case['count']
+    name = case['reader'].removesuffix(_GUIDED)
+    if name != case['reader']:
         with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
-            done.add(run_guided(name, runs=options.guided, seed=options.seed, folder=Path(folder)))
+            return asdict(run_guided(name, runs=count, seed=seed, folder=Path(folder)))
+    index = [reader.name for reader in readers].index(name)
+    seeds = np.random.SeedSequence([seed, index]).generate_state(first + count).tolist()
+    return asdict(try_inputs(readers[index], seeds[first:]))
+
+
+def add_up(results: Sequence[Result]) -> list[Tally]:
+    """Return the tally of each reader over all its cases."""
+    tallies: dict[str, Tally] = {}
+    for result in results:
+        counts = {field.name: result[field.name] for field in fields(Tally)}
+        tally = Tally(**counts)
+        tallies.setdefault(tally.name, Tally(tally.name)).add(tally)
+    return list(tallies.values())
 
 
 def _row(tally: Tally) -> BenchRow:
     return BenchRow(
         name=tally.name,
-        unit='tracebacks or nonsense',
+        unit='tracebacks or invalid values',
         ours=len(tally.tracebacks) + len(tally.hangs),
         goal=Goal(of='ours', relation='<=', bound=0.0),
         n=tally.inputs,
@@ -108,12 +123,11 @@ def _row(tally: Tally) -> BenchRow:
     )
 
 
-def _total(tallies: list[Tally]) -> BenchRow:
-    bad = sum(len(tally.tracebacks) + len(tally.hangs) for tally in tallies)
+def _total_row(tallies: Sequence[Tally]) -> BenchRow:
     return BenchRow(
         name='all readers',
-        unit='tracebacks, nonsense or hangs',
-        ours=bad,
+        unit='tracebacks, invalid values or hangs',
+        ours=sum(len(tally.tracebacks) + len(tally.hangs) for tally in tallies),
         goal=Goal(of='ours', relation='<=', bound=0.0),
         n=sum(tally.inputs for tally in tallies),
     )

@@ -1,8 +1,9 @@
-"""Files that every reader of ours takes, to be broken."""
+"""Valid files for every reader of files, and the readers fed with mutations of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 import json
 from pathlib import Path
 import shutil
@@ -19,9 +20,8 @@ from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 from goalreach_evaluation.choices import choose_arena, read_noise
 from goalreach_evaluation.summary_file import read_recorded_run
-from goalreach_lab.fuzz.file_target_file import FileTarget
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
-from goalreach_lab.fuzz.reader import Reader
+from goalreach_lab.fuzz.reader import Reader, require_finite
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.arena import Arena
@@ -63,6 +63,40 @@ _ARENA: Final = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class FileTarget:
+    """A kind of file with its reader.
+
+    Attributes:
+        name: Name of the kind.
+        valid: A value that the reader accepts: a document, or the bytes of another file.
+        encode: Returns the bytes of a value.
+        path: File that they are written to.
+        read: The reader.
+        finite: Whether all numbers read must be finite; otherwise a later reader checks them.
+    """
+
+    name: str
+    valid: object
+    encode: Callable[[object], bytes]
+    path: Path
+    read: Callable[[Path], object]
+    finite: bool = True
+
+    def take(self, data: bytes) -> object:
+        """Write bytes, and return the value read from them.
+
+        Raises:
+            GoalreachError: The reader refuses them.
+            InvalidAcceptedError: The reader accepts an invalid value.
+        """
+        self.path.write_bytes(data)
+        found = self.read(self.path)
+        if self.finite:
+            require_finite(found, self.name)
+        return found
+
+
 def _as_json(value: object) -> bytes:
     return json.dumps(value, default=repr).encode('utf-8', errors='replace')
 
@@ -71,7 +105,7 @@ def _as_yaml(value: object) -> bytes:
     return yaml.safe_dump(value, sort_keys=False).encode('utf-8', errors='replace')
 
 
-def _as_it_is(value: object) -> bytes:
+def _as_bytes(value: object) -> bytes:
     return value if isinstance(value, bytes) else b''
 
 
@@ -79,27 +113,29 @@ def document_readers(folder: Path) -> list[Reader]:
     """Return the readers of JSON and YAML files.
 
     Args:
-        folder: Where the broken files are written.
+        folder: Folder of the mutated files.
     """
-    return [_documents(target) for target in document_targets(folder)]
+    return [_document_reader(target) for target in document_targets(folder)]
 
 
 def document_targets(folder: Path) -> list[FileTarget]:
     """Return the JSON and YAML files, written to a folder."""
-    sound = folder / 'sound.json'
-    write_policy(sound, Policy.unlearned(Arena().regions))
-    policy = json.loads(sound.read_text(encoding='utf-8'))
+    path = folder / 'valid.json'
+    write_policy(path, Policy.unlearned(Arena().regions))
+    policy = json.loads(path.read_text(encoding='utf-8'))
 
     def target(
         name: str,
         value: object,
-        write: Callable[[object], bytes],
+        encode: Callable[[object], bytes],
         read: Callable[[Path], object],
         *,
         finite: bool = True,
     ) -> FileTarget:
         path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
-        return FileTarget(name=name, sound=value, write=write, path=path, read=read, finite=finite)
+        return FileTarget(
+            name=name, valid=value, encode=encode, path=path, read=read, finite=finite
+        )
 
     return [
         target('policy file', policy, _as_json, read_policy),
@@ -118,18 +154,17 @@ def document_targets(folder: Path) -> list[FileTarget]:
 
 
 def bag_targets(folder: Path) -> list[FileTarget]:
-    """Return the files of bags, each beside the others of a sound bag."""
+    """Return the files of bags, each next to the other files of a valid bag."""
     targets = []
     for storage, pattern in (('mcap', '*.mcap'), ('sqlite3', '*.db3'), ('mcap', '*.yaml')):
         bag = folder / f'guided-{storage}-{pattern[2:]}'
         _write_bag(bag, storage)
         (path,) = bag.glob(pattern)
-        sound = path.read_bytes()
         targets.append(
             FileTarget(
                 name=f'bag, {storage}, {path.suffix}',
-                sound=sound,
-                write=_as_it_is,
+                valid=path.read_bytes(),
+                encode=_as_bytes,
                 path=path,
                 read=lambda path: _read_bag(path.parent),
             )
@@ -137,16 +172,16 @@ def bag_targets(folder: Path) -> list[FileTarget]:
     return targets
 
 
-def _documents(target: FileTarget) -> Reader:
-    """Return a reader of documents of which half have wrong values, half wrong bytes."""
+def _document_reader(target: FileTarget) -> Reader:
+    """Return a reader of documents, about half with wrong values and half with wrong bytes."""
 
     def attempt(rng: np.random.Generator) -> object:
-        value = mutate_value(target.sound, rng) if rng.random() < 0.6 else target.sound  # noqa: PLR2004
+        value = mutate_value(target.valid, rng) if rng.random() < 0.6 else target.valid  # noqa: PLR2004
         try:
-            data = target.write(value)
+            data = target.encode(value)
         except (yaml.YAMLError, ValueError):
-            data = target.write(target.sound)
-        if value is target.sound or rng.random() < 0.1:  # noqa: PLR2004
+            data = target.encode(target.valid)
+        if value is target.valid or rng.random() < 0.1:  # noqa: PLR2004
             data = mutate_bytes(data, rng)
         return target.take(data)
 
@@ -157,11 +192,11 @@ def bag_readers(folder: Path) -> list[Reader]:
     """Return the readers of bags, and their repair."""
     readers = []
     for storage in ('mcap', 'sqlite3'):
-        sound = folder / f'sound-{storage}'
-        _write_bag(sound, storage)
+        valid = folder / f'valid-{storage}'
+        _write_bag(valid, storage)
         readers += [
-            _bags(folder, f'bag, {storage}', sound, _read_bag),
-            _bags(folder, f'bag repair, {storage}', sound, _repair_bag),
+            _bag_reader(folder, f'bag, {storage}', valid, _read_bag),
+            _bag_reader(folder, f'bag repair, {storage}', valid, _repair_bag),
         ]
     return readers
 
@@ -190,25 +225,25 @@ def _read_bag(path: Path) -> int:
 
 
 def _repair_bag(path: Path) -> int:
-    """Repair a bag, and read it after: a repaired bag is sound."""
+    """Repair a bag and read it: a repaired bag is valid."""
     result = repair_bag(path)
     try:
         with BagReader(path) as bag:
             found = sum(1 for _ in bag.messages())
     except BagError as error:
-        raise AssertionError(f'repaired, and not to be read: {error}') from None
-    # SQLite keeps no check sums: a byte that turned the time or topic of a message is not seen.
+        raise AssertionError(f'repaired, but cannot be read: {error}') from None
+    # SQLite has no check sums: a changed time or topic of a message is not detected.
     if found != result.messages and not list(path.glob('*.db3')):
         raise AssertionError(f'{result.messages} messages repaired, {found} read')
     return found
 
 
-def _bags(folder: Path, name: str, sound: Path, read: Callable[[Path], object]) -> Reader:
+def _bag_reader(folder: Path, name: str, valid: Path, read: Callable[[Path], object]) -> Reader:
     path = folder / name.replace(' ', '-').replace(',', '')
 
     def attempt(rng: np.random.Generator) -> object:
         shutil.rmtree(path, ignore_errors=True)
-        shutil.copytree(sound, path)
+        shutil.copytree(valid, path)
         files = sorted(path.iterdir())
         for file in files:
             if rng.random() < 1.2 / len(files):

@@ -1,6 +1,7 @@
-"""Every reader against bad input: one clear line, or a sensible value; nothing else."""
+"""Every reader against bad input: one clear line or a valid value, nothing else."""
 
 import contextlib
+from dataclasses import asdict
 from pathlib import Path
 
 from hypothesis import HealthCheck, given, settings
@@ -8,12 +9,19 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from goalreach_lab.cli import main
 from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
-from goalreach_lab.fuzz.reader import Nonsense, Reader, Tally, require_finite, try_inputs
-from goalreach_lab.fuzz.ros_readers import all_readers
-from goalreach_lab.fuzz.sound_file import bag_targets, document_targets
-from goalreach_lab.fuzz.tally_file import TallyFile
+from goalreach_lab.fuzz.reader import (
+    InvalidAcceptedError,
+    Reader,
+    Tally,
+    require_finite,
+    try_inputs,
+)
+from goalreach_lab.fuzz.ros_messages import all_readers
+from goalreach_lab.fuzz.suite import add_up
+from goalreach_lab.fuzz.valid_inputs import bag_targets, document_targets
 from goalreach_msgs_py.errors import GoalreachError
 
 NAMES = [
@@ -55,14 +63,14 @@ def test_bad_input_ends_in_one_clear_line(
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_the_same_seed_breaks_the_same_way(seed: int) -> None:
-    sound = {'a': [1.0, 2.0], 'b': {'c': 'text'}}
+    valid = {'a': [1.0, 2.0], 'b': {'c': 'text'}}
 
     def made() -> tuple[str, bytes]:
         rng = np.random.default_rng(seed)
-        return repr(mutate_value(sound, rng)), mutate_bytes(b'some bytes of a file', rng)
+        return repr(mutate_value(valid, rng)), mutate_bytes(b'some bytes of a file', rng)
 
     assert made() == made()
-    assert sound == {'a': [1.0, 2.0], 'b': {'c': 'text'}}
+    assert valid == {'a': [1.0, 2.0], 'b': {'c': 'text'}}
 
 
 def test_what_goes_wrong_is_counted() -> None:
@@ -87,29 +95,38 @@ def test_what_goes_wrong_is_counted() -> None:
 def test_numbers_that_are_none_are_found_however_deep() -> None:
     require_finite({'a': [1.0, (2.0, {'b': np.zeros(3)})]})
     for bad in (float('nan'), [float('inf')], {'a': (1.0, np.array([np.nan]))}):
-        with contextlib.suppress(Nonsense):
+        with contextlib.suppress(InvalidAcceptedError):
             require_finite(bad)
             pytest.fail(f'{bad} was taken for finite')
 
 
-def test_counts_are_kept_and_gone_on_from(tmp_path: Path) -> None:
-    path = tmp_path / 'counts.jsonl'
-    TallyFile(path).add(Tally('a', inputs=2, refused=1, tracebacks=[(7, 'bad')]))
-    again = TallyFile(path)
-    again.add(Tally('a', inputs=3, refused=3))
-    assert TallyFile(path).of('a').inputs == again.of('a').inputs == 5
-    assert again.of('a').refused == 4
-    assert [text for _, text in again.of('a').tracebacks] == ['bad']
-    assert again.of('b').inputs == 0
+def test_tallies_of_a_reader_add_up() -> None:
+    one = asdict(Tally('a', inputs=2, refused=1, tracebacks=[(7, 'bad')]))
+    other = asdict(Tally('a', inputs=3, refused=3, hangs=[8]))
+    third = asdict(Tally('b', inputs=1, accepted=1))
+    first, second = add_up([{'reader': 'a', 'first': 0, **one}, other, third])
+    assert (first.name, first.inputs, first.refused, first.hangs) == ('a', 5, 4, [8])
+    assert [text for _, text in first.tracebacks] == ['bad']
+    assert (second.name, second.inputs) == ('b', 1)
 
 
-def test_every_target_of_guided_fuzzing_has_a_name_and_takes_its_sound_file(
+def test_counts_are_kept_and_resumed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ['fuzz', '--readers=--start', '--results', str(tmp_path)]
+    assert main([*words, '--examples', '30']) == 0
+    kept = (tmp_path / 'fuzz.jsonl').read_text()
+    assert main([*words, '--examples', '30']) == 0
+    assert (tmp_path / 'fuzz.jsonl').read_text() == kept
+    assert '30' in capsys.readouterr().out
+    assert main([*words, '--examples', '30', '--seed', '1']) == 2  # of another seed
+
+
+def test_every_target_of_guided_fuzzing_has_a_name_and_accepts_its_valid_file(
     tmp_path: Path,
 ) -> None:
     targets = [*document_targets(tmp_path), *bag_targets(tmp_path)]
     assert tuple(target.name for target in targets) == GUIDED
     for target in targets:
-        assert target.take(target.write(target.sound)) is not None
+        assert target.take(target.encode(target.valid)) is not None
 
 
 @pytest.mark.skipif(not is_guided_installed(), reason='atheris is not installed')
