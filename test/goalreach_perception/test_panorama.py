@@ -29,7 +29,7 @@ def test_two_lights_of_two_looks_make_a_panorama() -> None:
     panorama = Panorama(0.001)
     gained = [add(panorama, pan) for pan in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)]
     assert gained == [False] * 3 + [True] * 3
-    found = panorama.sightings(5)
+    found = panorama.frequent_spots(5)
     assert found.turns_rad == pytest.approx([0.7, 1.7])
     assert found.tilts_rad == pytest.approx([0.3, 0.3])
     # At the centre of the image 1 mrad of the encoders is 0.554 px.
@@ -40,7 +40,7 @@ def test_a_light_seen_twice_is_not_used() -> None:
     panorama = Panorama(0.001)
     for pan in (0.0, 0.0, 1.0, 1.0, 1.0):
         add(panorama, pan)
-    assert len(panorama.sightings(5).turns_rad) == 1
+    assert len(panorama.frequent_spots(5).turns_rad) == 1
 
 
 def test_one_light_seen_from_two_angles_of_the_head_is_one() -> None:
@@ -50,7 +50,7 @@ def test_one_light_seen_from_two_angles_of_the_head_is_one() -> None:
     # Turned 0.1 rad to the left, the light is 0.1 rad to the right of the (tilted) axis:
     # tan(0.1) cos(0.3) f = 53.1 px and a little lower, well within half a degree.
     add(panorama, 0.1, du_px=53.1)
-    assert len(panorama.sightings(5).turns_rad) == 1
+    assert len(panorama.frequent_spots(5).turns_rad) == 1
 
 
 def test_a_robot_that_moved_begins_anew_but_steering_does_not_matter() -> None:
@@ -58,9 +58,9 @@ def test_a_robot_that_moved_begins_anew_but_steering_does_not_matter() -> None:
     add(panorama, 0.0)
     add(panorama, 0.0)
     add(panorama, -0.4, Pose2(x_m=1.0, y_m=2.0, heading_rad=0.9))
-    assert len(panorama.sightings(5).turns_rad) == 1
+    assert len(panorama.frequent_spots(5).turns_rad) == 1
     add(panorama, 0.0, Pose2(x_m=1.02, y_m=2.0, heading_rad=0.5))
-    assert len(panorama.sightings(5).turns_rad) == 0
+    assert len(panorama.frequent_spots(5).turns_rad) == 0
 
 
 def test_no_more_lights_than_asked_for_the_most_seen_first() -> None:
@@ -68,6 +68,6 @@ def test_no_more_lights_than_asked_for_the_most_seen_first() -> None:
     for pan, times in ((0.0, 3), (0.5, 5), (1.0, 4)):
         for _ in range(times):
             add(panorama, pan)
-    assert panorama.sightings(2).turns_rad == pytest.approx([1.2, 1.7])
+    assert panorama.frequent_spots(2).turns_rad == pytest.approx([1.2, 1.7])
     panorama.clear()
-    assert len(panorama.sightings(2).turns_rad) == 0
+    assert len(panorama.frequent_spots(2).turns_rad) == 0

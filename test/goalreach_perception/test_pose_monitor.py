@@ -24,7 +24,7 @@ def test_one_led_missing_of_two_or_three_does_not_matter() -> None:
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(1, 3), (0, 1)])
-def test_an_image_against_the_pose_is_not_believed_and_the_next_led_ends_the_doubt(
+def test_a_contradicting_image_makes_the_pose_doubtful_and_the_next_led_ends_it(
     used: int, expected: int
 ) -> None:
     monitor = tracking()
@@ -35,7 +35,7 @@ def test_an_image_against_the_pose_is_not_believed_and_the_next_led_ends_the_dou
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(2, 2), (2, 3), (3, 3)])
-def test_two_leds_missing_at_once_raise_doubt_and_two_seen_end_it(
+def test_two_leds_missing_at_once_make_it_doubtful_and_two_matched_end_it(
     used: int, expected: int
 ) -> None:
     monitor = tracking()
@@ -45,8 +45,8 @@ def test_two_leds_missing_at_once_raise_doubt_and_two_seen_end_it(
     assert (monitor.mode, monitor.reason) == (Mode.TRACKING, '')
 
 
-def test_one_light_ends_no_doubt_and_five_of_them_the_pose() -> None:
-    # It may be another LED, in the place of the one that is looked for by chance.
+def test_one_match_does_not_end_doubt_and_after_five_the_pose_is_lost() -> None:
+    # The spot may be another LED that matches the prediction by chance.
     monitor = tracking()
     modes = []
     for used in (0, 1, 1, 1, 1):
@@ -55,7 +55,7 @@ def test_one_light_ends_no_doubt_and_five_of_them_the_pose() -> None:
     assert modes == [Mode.DOUBTFUL] * 4 + [Mode.SEARCHING]
 
 
-def test_a_single_led_missing_three_times_raises_firm_doubt() -> None:
+def test_after_a_single_led_missing_three_times_two_must_match() -> None:
     monitor = tracking()
     modes = []
     for used in (0, 0, 0, 1, 2):
@@ -65,7 +65,7 @@ def test_a_single_led_missing_three_times_raises_firm_doubt() -> None:
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(0, 3), (1, 3), (0, 1)])
-def test_five_images_against_a_pose_end_it(used: int, expected: int) -> None:
+def test_five_contradicting_images_lose_the_pose(used: int, expected: int) -> None:
     monitor = tracking()
     modes = []
     for _ in range(5):
@@ -74,9 +74,7 @@ def test_five_images_against_a_pose_end_it(used: int, expected: int) -> None:
     assert modes == [False] * 4 + [True]
 
 
-def test_without_any_led_a_pose_is_doubted_after_a_fifth_of_a_second_and_ended_after_three() -> (
-    None
-):
+def test_without_any_led_a_pose_is_doubtful_after_two_seconds_and_lost_after_eight() -> None:
     monitor = tracking()
     modes = []
     for _ in range(200):
@@ -95,7 +93,7 @@ def test_a_pair_is_confirmed_by_three_images() -> None:
     assert monitor.mode is Mode.TRACKING
 
 
-def test_three_lights_must_be_seen_once_more() -> None:
+def test_three_leds_must_be_matched_once_more() -> None:
     monitor = PoseMonitor(PoseMonitorConfig())
     monitor.start((0, 1, 2))
     modes = []
@@ -105,7 +103,7 @@ def test_three_lights_must_be_seen_once_more() -> None:
     assert modes == [Mode.CONFIRMING, Mode.CONFIRMING, Mode.TRACKING]
 
 
-def test_two_of_three_lights_are_not_enough_for_ever() -> None:
+def test_two_of_three_leds_do_not_confirm_a_pose() -> None:
     monitor = PoseMonitor(PoseMonitorConfig())
     monitor.start((0, 1, 2))
     for _ in range(8):
@@ -114,7 +112,7 @@ def test_two_of_three_lights_are_not_enough_for_ever() -> None:
 
 
 @pytest.mark.parametrize(('used', 'expected'), [(0, 2), (0, 0), (1, 3)])
-def test_a_pair_that_is_not_borne_out_is_dropped(used: int, expected: int) -> None:
+def test_a_pair_that_is_not_confirmed_is_lost(used: int, expected: int) -> None:
     monitor = PoseMonitor(PoseMonitorConfig())
     monitor.start((0, 2))
     monitor.update(used, expected)
@@ -146,7 +144,7 @@ def test_a_pair_is_not_confirmed_by_images_that_lack_an_expected_led() -> None:
     assert (monitor.mode, monitor.reason) == (Mode.SEARCHING, 'a new pose was not confirmed')
 
 
-def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
+def test_only_a_new_pose_has_unconfirmed_leds() -> None:
     monitor = PoseMonitor(PoseMonitorConfig())
     monitor.start((0, 2))
     assert monitor.unconfirmed_leds == (0, 2)
@@ -155,12 +153,12 @@ def test_only_a_new_pose_waits_to_see_its_leds_again() -> None:
     assert not monitor.unconfirmed_leds
 
 
-def test_another_pose_is_looked_for_from_the_second_image_against_this_one_on() -> None:
+def test_it_may_reacquire_from_the_second_contradicting_image_on() -> None:
     monitor = PoseMonitor(PoseMonitorConfig())
     assert monitor.may_reacquire
     monitor.start(None)
-    open_to = []
+    may_reacquire = []
     for used, expected in ((3, 3), (0, 3), (3, 3), (0, 3), (0, 3), (0, 3)):
         monitor.update(used, expected)
-        open_to.append(monitor.may_reacquire)
-    assert open_to == [False, False, False, False, True, True]
+        may_reacquire.append(monitor.may_reacquire)
+    assert may_reacquire == [False, False, False, False, True, True]

@@ -1,4 +1,4 @@
-"""What is told of lights, from observations made by hand."""
+"""Reports of sensor faults, from observations made by hand."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ SEEN = LandmarkObservation(u_px=1.0, v_px=1.0, peak_dn=200.0)
 AHEAD, ASIDE = 0.0, 1.5
 
 
-def told(
+def reported(
     monitor: SensorMonitor,
     images: int,
     *,
@@ -23,7 +23,7 @@ def told(
     time_ns: int = 0,
     odometry: Pose2 = POSE,
 ) -> list[str]:
-    """Let images pass in which the first LED is seen or not; return what is told."""
+    """Process images in which the first LED is detected or not; return the reports."""
     output = LocalizerOutput(
         estimate=PoseEstimate(pose=POSE, covariance=1e-4 * np.eye(3)),
         landmarks=(SEEN if seen else None, SEEN, SEEN),
@@ -45,32 +45,32 @@ def told(
     return lines
 
 
-def test_an_led_that_should_be_seen_and_is_not_is_told() -> None:
+def test_an_led_that_should_be_seen_and_is_not_is_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
-    assert told(monitor, 11, seen=False) == []
-    assert told(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
+    assert reported(monitor, 11, seen=False) == []
+    assert reported(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
 
 
-def test_an_led_that_is_seen_again_is_not_told() -> None:
+def test_an_led_that_is_seen_again_is_not_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
-    assert told(monitor, 11, seen=False) + told(monitor, 1, seen=True) == []
-    assert told(monitor, 11, seen=False) == []
+    assert reported(monitor, 11, seen=False) + reported(monitor, 1, seen=True) == []
+    assert reported(monitor, 11, seen=False) == []
 
 
-def test_a_dark_led_that_leaves_the_view_is_counted_on_when_it_is_back() -> None:
+def test_the_count_of_a_dark_led_goes_on_when_it_is_back_in_view() -> None:
     monitor = SensorMonitor(LocalizerConfig())
-    assert told(monitor, 8, seen=False) == []
-    assert told(monitor, 30, seen=False, pan_rad=ASIDE) == []
-    assert len(told(monitor, 4, seen=False)) == 1
+    assert reported(monitor, 8, seen=False) == []
+    assert reported(monitor, 30, seen=False, pan_rad=ASIDE) == []
+    assert len(reported(monitor, 4, seen=False)) == 1
 
 
-def test_what_goes_on_is_told_once_in_a_second_and_what_happens_again_each_time() -> None:
+def test_a_lasting_fault_is_reported_once_a_second_and_a_recurring_one_each_time() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     here, there = POSE, Pose2(x_m=0.5, y_m=2.0, heading_rad=0.0)
     jump = ['odometry jumped by 2.39 m']
 
     def at(milliseconds: int, odometry: Pose2) -> list[str]:
-        return told(monitor, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
+        return reported(monitor, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
 
     assert at(0, here) == []
     assert at(40, there) == jump

@@ -142,7 +142,7 @@ def _of_sensors() -> list[FaultKind]:
             act='carry',
             duration_s=0.0,
             expected='the pose is discarded at once and found again; drives on',
-            named=rf'{LOCALIZER}.*(pose was given up|LEDs)',
+            named=rf'{LOCALIZER}.*(pose was (lost|replaced)|LEDs)',
         ),
         FaultKind(
             name='placed elsewhere',

@@ -1,4 +1,4 @@
-"""Poses without a past: from one image, or from the lights of a turning head."""
+"""Acquisition of a pose without a prior: from one image, or from a panorama of a turning head."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.pose_filter import PoseFilter
 
 _STILL_M = 0.01
-"""A robot that moved less than this has not moved. Chosen."""
+"""A smaller displacement counts as none. Chosen."""
 _SAME_RAD = math.radians(0.5)
-"""Lights in directions nearer than this are one. Chosen: many times the encoder noise."""
+"""Spots in directions closer than this are one. Chosen: many times the encoder noise."""
 _MOST = 12
 _LEAST_HITS = 3
-"""A light seen once may be spurious; three spurious ones in one direction do not occur. Chosen."""
+"""A spot of one image may be spurious; three in one direction are not. Chosen."""
 _PANORAMA_INFLATION = 4.0
-"""The filter does not keep how errors of a panorama correlate with those of the survey, so its
-covariance is made larger. Chosen."""
+"""Factor on the covariance of a panorama: the filter ignores the correlation of its errors with
+those of the survey. Chosen."""
 _PANORAMA_SIGMA_M = 0.15
-"""A panorama that is less sure than this is not used: from afar one image holds all LEDs, and is
-far better. Chosen."""
+"""Largest position sigma of a panorama. Chosen: at long range one image holds all LEDs and is far
+better."""
 
 
 @dataclass(frozen=True)
 class DirectedSpots:
-    """Lights with the way the camera looked when it saw them.
+    """Spots with the direction of the camera in their images.
 
     Attributes:
         pixels_px: (n, 2) ideal pixels.
         sigmas_px: (n,) standard deviation per axis.
-        turns_rad: (n,) azimuth of the optical axis less that of a common direction.
+        turns_rad: (n,) azimuth of the optical axis relative to a common direction.
         tilts_rad: (n,) tilt by the encoder.
     """
 
@@ -49,7 +49,7 @@ class DirectedSpots:
 
 
 @dataclass
-class _Light:
+class _Spot:
     azimuth_rad: float
     rise_rad: float
     pixel_px: tuple[float, float]
@@ -60,22 +60,22 @@ class _Light:
 
 
 class Panorama:
-    """Collects lights by direction while the robot stands still.
+    """Accumulates spots by direction while the robot stands still.
 
-    Directions are kept relative to odometry's zero heading, so the robot may steer.
+    Directions are relative to the zero heading of the odometry, so the robot may steer.
 
     Args:
-        encoder_sigma_rad: Noise of pan and tilt encoders: not common to different images.
+        encoder_sigma_rad: Noise of pan and tilt encoders, independent between images.
     """
 
     def __init__(self, encoder_sigma_rad: float) -> None:
         self._encoder_sigma_rad = encoder_sigma_rad
-        self._lights: list[_Light] = []
+        self._spots: list[_Spot] = []
         self._place_m: tuple[float, float] | None = None
 
     def clear(self) -> None:
-        """Forget everything."""
-        self._lights = []
+        """Discard all spots."""
+        self._spots = []
         self._place_m = None
 
     def add(
@@ -87,17 +87,17 @@ class Panorama:
         joints: HeadAngles,
         odometry: Pose2,
     ) -> bool:
-        """Add the lights of one image.
+        """Add the spots of one image.
 
         Args:
             pixels_px: (n, 2) ideal pixels.
             sigmas_px: (n,) standard deviation per axis.
             lens: The lens.
             joints: Encoder readings.
-            odometry: Odometry pose; a robot that moved makes the lights of before useless.
+            odometry: Odometry pose; a displacement discards the earlier spots.
 
         Returns:
-            Whether lights were added that the panorama makes more of than this image alone.
+            Whether the image has spots and the panorama more than these.
         """
         place_m = (odometry.x_m, odometry.y_m)
         if self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M:
@@ -112,8 +112,8 @@ class Panorama:
         ):
             forward = ct + st * down
             spread = noise_px * (1.0 + right * right + down * down)
-            self._note(
-                _Light(
+            self._merge(
+                _Spot(
                     azimuth_rad=turn - math.atan2(right, forward),
                     rise_rad=math.atan2(st - ct * down, math.hypot(forward, right)),
                     pixel_px=(u_px, v_px),
@@ -122,42 +122,42 @@ class Panorama:
                     tilt_rad=joints.tilt_rad,
                 )
             )
-        return len(slopes) > 0 and len(self._lights) > len(slopes)
+        return len(slopes) > 0 and len(self._spots) > len(slopes)
 
-    def _note(self, seen: _Light) -> None:
-        """Add a light, in place of an earlier one in the same direction."""
-        for index, light in enumerate(self._lights):
-            near = abs(light.rise_rad - seen.rise_rad) < _SAME_RAD
-            if near and abs(wrap_angle(light.azimuth_rad - seen.azimuth_rad)) < _SAME_RAD:
-                seen.hits += light.hits
-                self._lights[index] = seen
+    def _merge(self, spot: _Spot) -> None:
+        """Add a spot; replace an earlier one in the same direction."""
+        for index, other in enumerate(self._spots):
+            near = abs(other.rise_rad - spot.rise_rad) < _SAME_RAD
+            if near and abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) < _SAME_RAD:
+                spot.hits += other.hits
+                self._spots[index] = spot
                 return
-        self._lights.append(seen)
-        if len(self._lights) > _MOST:
-            self._lights.remove(min(self._lights, key=lambda light: light.hits))
+        self._spots.append(spot)
+        if len(self._spots) > _MOST:
+            self._spots.remove(min(self._spots, key=lambda spot: spot.hits))
 
-    def sightings(self, most: int) -> DirectedSpots:
-        """Return the lights that were seen three times or more, those seen most often first.
+    def frequent_spots(self, count: int) -> DirectedSpots:
+        """Return the spots of three images or more, the most frequent ones first.
 
         Args:
-            most: How many at most.
+            count: Largest number of spots.
         """
-        lights = sorted(self._lights, key=lambda light: -light.hits)
-        lights = [light for light in lights if light.hits >= _LEAST_HITS][:most]
+        spots = sorted(self._spots, key=lambda spot: -spot.hits)
+        spots = [spot for spot in spots if spot.hits >= _LEAST_HITS][:count]
         return DirectedSpots(
-            np.array([light.pixel_px for light in lights]).reshape(-1, 2),
-            np.array([light.sigma_px for light in lights]),
-            np.array([light.turn_rad for light in lights]),
-            np.array([light.tilt_rad for light in lights]),
+            np.array([spot.pixel_px for spot in spots]).reshape(-1, 2),
+            np.array([spot.sigma_px for spot in spots]),
+            np.array([spot.turn_rad for spot in spots]),
+            np.array([spot.tilt_rad for spot in spots]),
         )
 
 
 class Acquisition:
-    """Finds poses from lights that nobody expected.
+    """Solves poses from spots that are not assigned to LEDs.
 
     Args:
-        config: Everything tunable.
-        state: The filter; what it knows of biases and the survey is used, its pose is not.
+        config: Configuration of the localizer.
+        state: The filter; its estimates of biases and survey are used, its pose is not.
     """
 
     def __init__(self, config: LocalizerConfig, state: PoseFilter) -> None:
@@ -166,55 +166,55 @@ class Acquisition:
         self._panorama = Panorama(config.noise.pan_tilt_noise_rad)
 
     def clear(self) -> None:
-        """Forget the lights of earlier images."""
+        """Discard the spots of earlier images."""
         self._panorama.clear()
 
-    def from_image(self, seen: MatchedLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
-        """Return the pose and labelling that explain the lights of one image, or None.
+    def from_image(self, found: MatchedLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
+        """Return the pose and labelling that explain the spots of one image, or None.
 
         Args:
-            seen: The lights; the names they may have are not used.
+            found: The spots; LEDs assigned to them are ignored.
             joints: Encoder readings.
             optics: The lens.
         """
-        count = len(seen.pixels_px)
+        count = len(found.pixels_px)
         image = DirectedSpots(
-            seen.pixels_px,
-            seen.spots.sigmas_px,
+            found.pixels_px,
+            found.spots.sigmas_px,
             np.zeros(count),
             np.full(count, joints.tilt_rad),
         )
         return self._solve(image, optics)
 
     def from_panorama(
-        self, lights: MatchedLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
+        self, found: MatchedLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
     ) -> tuple[Pose2, FloatArray] | None:
-        """Add an image; return the pose that its lights and earlier ones tell together.
+        """Add an image to the panorama; return the pose that explains its spots, or None.
 
-        Each of the lights used was seen three times or more, so even two need no confirmation:
-        neither is a spurious light, and no other pose fits them.
+        Every spot used is in three images or more, so that even two need no confirmation: neither
+        is spurious, and no other pose fits them.
 
         Args:
-            lights: The lights of the image.
+            found: The spots of the image.
             joints: Encoder readings.
             odometry: Odometry pose.
             optics: The lens.
 
         Returns:
-            The pose in `map` with its (3, 3) covariance of x, y, heading; None where there is
-            none, or none that is sure enough.
+            The pose in `map` with its (3, 3) covariance of x, y, heading; None if there is no
+            solution, or its covariance is too large.
         """
         gained = self._panorama.add(
-            lights.pixels_px,
-            lights.spots.sigmas_px,
+            found.pixels_px,
+            found.spots.sigmas_px,
             lens=optics.lens,
             joints=joints,
             odometry=odometry,
         )
         if not gained:
             return None
-        sightings = self._panorama.sightings(self._config.detection.maximum_spots)
-        fix = self._solve(sightings, optics)
+        spots = self._panorama.frequent_spots(self._config.detection.maximum_spots)
+        fix = self._solve(spots, optics)
         if fix is None:
             return None
         covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
@@ -225,9 +225,9 @@ class Acquisition:
         return Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading), covariance
 
     def distance2(self, fix: Fix, joints: HeadAngles) -> float:
-        """Return the squared distance of the filter's pose from a fix, 3 degrees of freedom.
+        """Return the squared Mahalanobis distance of the filter from a fix, 3 dof.
 
-        Their errors are taken as independent; since they share those of the survey, the true
+        Their errors are assumed independent; since they share those of the survey, the true
         distance is larger, never smaller.
 
         Args:
@@ -245,22 +245,22 @@ class Acquisition:
         covariance[2, 2] += self._config.noise.pan_tilt_noise_rad**2
         return float(difference @ np.linalg.solve(covariance, difference))
 
-    def _solve(self, sightings: DirectedSpots, optics: Optics) -> Fix | None:
-        """Return the pose and labelling that explain lights, or None."""
+    def _solve(self, spots: DirectedSpots, optics: Optics) -> Fix | None:
+        """Return the pose and labelling that explain spots, or None."""
         state = self._state
         geometry = ImageGeometry(
             leds_m=state.leds_m,
             camera_height_m=state.camera_height_m,
-            turns_rad=sightings.turns_rad,
-            tilts_rad=sightings.tilts_rad + float(state.mean[TILT_BIAS]),
+            turns_rad=spots.turns_rad,
+            tilts_rad=spots.tilts_rad + float(state.mean[TILT_BIAS]),
             lens=optics.lens.scaled(state.focal_error),
             nuisance_covariance=state.covariance,
             tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
         )
         return identify(
             geometry,
-            sightings.pixels_px,
-            sightings.sigmas_px,
+            spots.pixels_px,
+            spots.sigmas_px,
             arena_size_m=(self._config.arena_width_m, self._config.arena_length_m),
             config=self._config.association,
         )

@@ -1,4 +1,4 @@
-"""Which spot is which LED: every labelling solved, the best kept only if no other comes near.
+"""Data association without a prior: every labelling is solved, an ambiguous best is rejected.
 
 Bearings alone often fit a wrong labelling; pixels (u, v) with the known heights of the LEDs and
 the tilt do not, so all labellings are solved on pixels and compared by chi-square.
@@ -27,20 +27,20 @@ from goalreach_perception.one_image_pose import (
 _TRIPLE = 3
 _SAME_M = 0.05
 _SAME_RAD = 0.02
-"""Solutions nearer than this are one. Chosen: far above the error of a converged solution."""
+"""Solutions closer than this are the same. Chosen: far above the error of a converged one."""
 _SEED_MARGIN_M = 0.6
 _MOST_SOLVED = 24
-_HOPELESS_PX = 100.0
-"""A first guess that misses a pixel by more than this becomes no possible pose. Chosen: the widest
-miss of one that did was 71 px."""
+_LARGEST_MISFIT_PX = 100.0
+"""Largest residual of an initial guess that may converge to a valid pose. Chosen: the largest that
+did was 71 px."""
 _BORDER_PX = 15.0
-"""An LED nearer than this to the border may be cut, or just outside. Chosen."""
+"""An LED nearer than this to the border may be cut off, or just outside. Chosen."""
 _BEHIND_M = 0.06
 
 
 @dataclass(frozen=True, kw_only=True)
 class AssociationConfig:
-    """When a labelling is believed."""
+    """When a labelling is accepted."""
 
     triple_gate: float = parameter(
         30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', minimum=1.0
@@ -50,7 +50,7 @@ class AssociationConfig:
     )
     margin: float = parameter(
         25.0,
-        'How much larger the chi-square of the second best must be (likelihood ratio e^-12)',
+        'Least difference of the chi-square of the second best (likelihood ratio e^-12)',
         minimum=1.0,
     )
     wall_clearance_m: float = parameter(
@@ -67,7 +67,7 @@ class AssociationConfig:
 
 @dataclass(frozen=True)
 class Fix:
-    """A pose found from one image alone.
+    """A pose from one image alone.
 
     Attributes:
         x_m: Position in `map`.
@@ -76,7 +76,7 @@ class Fix:
         chi2: Chi-square of the pixels, 2 k - 3 degrees of freedom.
         information: (3, 3) inverse covariance of x, y, azimuth.
         spots: (k,) indices of the spots used.
-        leds: (k,) which LED each of them is.
+        leds: (k,) LED of each of them.
     """
 
     x_m: float
@@ -92,10 +92,10 @@ class Fix:
 def labellings(
     spot_count: int, led_count: int, size: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return all ways to name `size` of the spots with different LEDs.
+    """Return all assignments of `size` of the spots to different LEDs.
 
     Returns:
-        Two (m, size) arrays: indices of spots (ascending) and the LED each of them is.
+        Two (m, size) arrays: indices of the spots (ascending) and of their LEDs.
     """
     pairs = [
         (spots, leds)
@@ -117,18 +117,18 @@ def identify(
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are needed, or exactly two whose pose would show no third LED: with more spots
-    than that some two of them nearly always fit somewhere.
+    Three spots are needed, or exactly two whose pose has no third LED in view: among more spots
+    some pair nearly always fits somewhere.
 
     Args:
-        geometry: What is known.
+        geometry: Everything known.
         pixels_px: (n, 2) ideal pixels of the spots.
         sigmas_px: (n,) standard deviation of each per axis.
         arena_size_m: Width and length of the arena.
-        config: When a labelling is believed.
+        config: When a labelling is accepted.
 
     Returns:
-        The fix; None where there are too few spots, none fits, or two different answers do.
+        The fix; None if there are too few spots, no labelling fits, or different ones do.
     """
     for size, gate in ((_TRIPLE, config.triple_gate), (2, config.pair_gate)):
         if len(pixels_px) < size or (size < _TRIPLE and len(pixels_px) > size):
@@ -143,8 +143,8 @@ def identify(
         best = int(chi2.argmin())
         if chi2[best] > gate:
             continue
-        rivals = chi2[_differ(solutions.poses, leds, best)]
-        if rivals.size and rivals.min() < chi2[best] + config.margin:
+        alternatives = chi2[_differ(solutions.poses, leds, best)]
+        if alternatives.size and alternatives.min() < chi2[best] + config.margin:
             return None
         if size < _TRIPLE and _another_in_view(geometry, solutions.poses[best], leds[best]):
             return None
@@ -163,7 +163,7 @@ def _solve(
     *,
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
-    """Solve all labellings whose first guess is possible."""
+    """Solve all labellings with a valid initial guess."""
     seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
@@ -174,10 +174,10 @@ def _solve(
     guesses = seeds[possible]
     first = geometry.project(guesses, geometry.offsets_m(guesses, leds[possible]), spots[possible])
     misfit_px = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
-    hopeful = np.argsort(misfit_px)[: min(_MOST_SOLVED, int((misfit_px < _HOPELESS_PX).sum()))]
-    if len(hopeful) == 0:
+    kept = np.argsort(misfit_px)[: min(_MOST_SOLVED, int((misfit_px < _LARGEST_MISFIT_PX).sum()))]
+    if len(kept) == 0:
         return None
-    possible = possible[hopeful]
+    possible = possible[kept]
     spots, leds = spots[possible], leds[possible]
     solutions = solve_poses(
         geometry, pixels_px, sigmas_px, spots=spots, leds=leds, seeds=seeds[possible]
@@ -191,7 +191,7 @@ def _seeds(
     spots: NDArray[np.intp],
     leds: NDArray[np.intp],
 ) -> FloatArray:
-    """Return first guesses (r m, 3): by range and bearing, and by three bearings alone."""
+    """Return initial guesses (r m, 3): by range and bearing, and by three bearings alone."""
     slopes = ((pixels_px - geometry.lens.centre_px) / geometry.lens.focal_px)[spots]
     tilts = geometry.tilts_rad[spots]
     turns = np.exp(1j * geometry.turns_rad)[spots]
@@ -210,7 +210,7 @@ def _seeds(
 def _inside(
     poses: FloatArray, arena_size_m: tuple[float, float], margin_m: float
 ) -> NDArray[np.bool_]:
-    """Return which poses lie in the arena or at most a margin outside them; False where NaN."""
+    """Return which poses lie in the arena enlarged by a margin; False for NaN."""
     width_m, length_m = arena_size_m
     x, y = poses[:, 0], poses[:, 1]
     inside: NDArray[np.bool_] = (
@@ -220,7 +220,7 @@ def _inside(
 
 
 def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np.intp]) -> bool:
-    """Return whether a pose would show more LEDs than were used, in the one image there is."""
+    """Return whether a pose has LEDs in view that were not used; False for a panorama."""
     if np.ptp(geometry.turns_rad) > 0.0:
         return False
     others = np.setdiff1d(np.arange(len(geometry.leds_m)), leds)[None, :]
@@ -232,7 +232,7 @@ def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np
 
 
 def _differ(poses: FloatArray, leds: NDArray[np.intp], best: int) -> NDArray[np.bool_]:
-    """Return which solutions are another answer than the best one."""
+    """Return which solutions differ from the best one."""
     away = np.abs(poses - poses[best])
     turned = np.abs(np.remainder(away[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
     moved = (away[:, :2].max(axis=1) > _SAME_M) | (turned > _SAME_RAD)

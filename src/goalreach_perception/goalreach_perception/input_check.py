@@ -1,4 +1,4 @@
-"""What keeps an image and its companions from being used, as one clear phrase."""
+"""Validity checks of an image and the measurements of its stamp."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2
 
 _MOVED_M, _TURNED_RAD = 0.005, 0.005
-"""Motion that no two images look the same after: a pixel from a metre away; chosen."""
+"""Motion after which two images differ: one pixel at a metre. Chosen."""
 
 
 def _image_fault(image: object, camera: PinholeCamera) -> str:
-    """Return why an image cannot be used, or an empty text."""
+    """Return why an image is invalid, or an empty text."""
     if not isinstance(image, np.ndarray):
         return f'image: not an array but {type(image).__name__}'
     if image.dtype != np.uint8:
@@ -28,7 +28,7 @@ def _image_fault(image: object, camera: PinholeCamera) -> str:
 
 
 def _motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
-    """Return why joint angles or odometry cannot be used, or an empty text."""
+    """Return why joint angles or odometry are invalid, or an empty text."""
     pose = odometry.pose
     angles_rad = joints.turret_rad + joints.pan_rad + joints.tilt_rad + pose.heading_rad
     if math.isfinite(angles_rad + pose.x_m + pose.y_m):
@@ -51,14 +51,14 @@ def input_fault(
     time_ns: int,
     last_ns: int | None,
 ) -> str:
-    """Return why an image or its companions cannot be used, or an empty text.
+    """Return why an image or its measurements are invalid, or an empty text.
 
     Args:
-        image: What should be (height, width) mono8.
-        camera: The camera that took it.
+        image: Expected to be (height, width) mono8.
+        camera: Intrinsics of the camera.
         joints: Encoder readings.
         odometry: Encoder odometry.
-        time_ns: Stamp of them all.
+        time_ns: Their common stamp.
         last_ns: Stamp of the last image used, or None before the first.
     """
     if last_ns is not None and time_ns < last_ns:
@@ -67,7 +67,7 @@ def input_fault(
 
 
 class FrozenImageDetector:
-    """Notices a camera that sends one image again and again while its robot moves."""
+    """Detects a camera that repeats one image while the robot moves."""
 
     def __init__(self) -> None:
         self._image: NDArray[np.uint8] | None = None
@@ -75,7 +75,7 @@ class FrozenImageDetector:
         self._pose: Pose2 | None = None
 
     def fault(self, image: NDArray[np.uint8], joints: HeadAngles, pose: Pose2) -> str:
-        """Return why an image cannot be of this moment, or an empty text.
+        """Return why an image is not current, or an empty text.
 
         Args:
             image: The image.
@@ -87,7 +87,7 @@ class FrozenImageDetector:
             return ''
         before, at = self._joints, self._pose
         if before is None or at is None or image.min() == image.max():
-            return ''  # without noise, one dark image is like another
+            return ''  # without noise all dark images are equal
         moved_m = math.hypot(pose.x_m - at.x_m, pose.y_m - at.y_m)
         azimuth = pose.heading_rad + joints.turret_rad + joints.pan_rad
         azimuth -= at.heading_rad + before.turret_rad + before.pan_rad
@@ -100,7 +100,7 @@ class FrozenImageDetector:
 
 
 def _equal(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
-    """Return whether two images are the same; the noise of one row tells at once that not."""
+    """Return whether two images are equal; the noise of one row usually decides."""
     middle = len(one) // 2
     return one[middle].tobytes() == other[middle].tobytes() and np.array_equal(one, other)
 
@@ -108,14 +108,14 @@ def _equal(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
 def odometry_jump(
     before: Pose2, now: Pose2, dt_s: float, *, speed_m_per_s: float, turn_rad_per_s: float
 ) -> bool:
-    """Return whether odometry moved as no robot can.
+    """Return whether odometry moved faster than the robot can.
 
     Args:
         before: Odometry pose at the last image.
         now: Odometry pose now.
         dt_s: Time between them.
-        speed_m_per_s: Fastest the robot drives.
-        turn_rad_per_s: Fastest it steers.
+        speed_m_per_s: Maximum speed of the robot.
+        turn_rad_per_s: Maximum steering rate.
     """
     moved_m = math.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
     turned_rad = angle_difference(now.heading_rad, before.heading_rad)

@@ -1,4 +1,4 @@
-"""LEDs of a tracking frame: spots in windows around the predictions, named and gated."""
+"""Data association while tracking: spots in windows around predicted LEDs, gated."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from goalreach_perception.pose_filter import PoseFilter
 _WINDOW_SIGMAS = 4.0
 _LARGEST_HALF_PX = 80
 _BEHIND_M = 0.06
-"""At this depth an LED is not in front of the camera: just above the model's floor."""
+"""An LED at most this deep is not in front of the camera: just above the model's minimum."""
 _BORDER_PX = 6.0
-"""Nearer to the border than this a spot may be cut. Chosen."""
+"""A spot nearer to the border may be cut off. Chosen."""
 _MERGED_PX = 4.0
-"""Two LEDs found nearer together than this are one spot, and of neither. Chosen."""
+"""Two LEDs closer than this are one ambiguous spot, assigned to neither. Chosen."""
 
 
 class MatchedLeds(NamedTuple):
-    """The LEDs found in one image.
+    """Spots of one image with the LEDs they are assigned to.
 
     Attributes:
-        leds: (k,) which.
-        spots: Where in the image, k of them.
-        pixels_px: (k, 2) the same with the lens's distortion removed.
-        expected: How many LEDs should have been seen, by the prediction.
+        leds: (k,) indices of the LEDs.
+        spots: The k spots.
+        pixels_px: (k, 2) their undistorted centres.
+        expected: Number of LEDs that the prediction places in the image.
     """
 
     leds: NDArray[np.intp]
@@ -42,39 +42,41 @@ class MatchedLeds(NamedTuple):
 
     @property
     def measured(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-        """Which LEDs, where, and how sure: what the filter takes."""
+        """LEDs, pixels and standard deviations, as `PoseFilter.correct` takes them."""
         return self.leds, self.pixels_px, self.spots.sigmas_px
 
     def matched(self, rows: list[int], leds: NDArray[np.intp]) -> MatchedLeds:
-        """Return some of the lights under the names of LEDs."""
+        """Return some of the spots, assigned to LEDs."""
         return MatchedLeds(leds, self.spots.select(rows), self.pixels_px[rows], len(rows))
 
     def select(self, rows: list[int]) -> MatchedLeds:
-        """Return some of them."""
+        """Return some of the rows."""
         return MatchedLeds(
             self.leds[rows], self.spots.select(rows), self.pixels_px[rows], self.expected
         )
 
 
-def correct_by(state: PoseFilter, prediction: Prediction, seen: MatchedLeds) -> MatchedLeds | None:
-    """Correct a filter by the LEDs of an image, or by all but one where only those fit together.
+def correct_by(
+    state: PoseFilter, prediction: Prediction, found: MatchedLeds
+) -> MatchedLeds | None:
+    """Correct a filter by the LEDs of an image, leaving out one that fails the joint gate.
 
     Args:
         state: The filter.
-        prediction: What it expected of this image.
-        seen: What was found.
+        prediction: Its prediction for this image.
+        found: The spots assigned to LEDs.
 
     Returns:
-        The LEDs that were used; None where there are none or they do not fit.
+        The LEDs that corrected the filter; None if there are none or they fail the gate.
     """
-    count = len(seen.leds)
+    count = len(found.leds)
     if count == 0:
         return None
-    if state.correct(prediction, *seen.measured) <= state.joint_gate:
-        return seen
-    if count <= 2:  # noqa: PLR2004 - of two one cannot tell which is wrong
+    if state.correct(prediction, *found.measured) <= state.joint_gate:
+        return found
+    if count <= 2:  # noqa: PLR2004 - which of two is wrong is undecidable
         return None
-    parts = [seen.select([row for row in range(count) if row != out]) for out in range(count)]
+    parts = [found.select([row for row in range(count) if row != out]) for out in range(count)]
     best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
     return best if state.correct(prediction, *best.measured) <= state.joint_gate else None
 
@@ -88,16 +90,16 @@ def find_predicted(
     gate: float,
     window_half_px: int,
 ) -> MatchedLeds:
-    """Return the LEDs that are where the filter expects them.
+    """Detect LEDs in windows around their predicted pixels.
 
-    Where the brightest light of a window is not the LED, the second brightest is looked at.
+    If the brightest spot of a window fails the gate, the second brightest is tried.
 
     Args:
         image: (height, width) grey values.
-        prediction: Where the LEDs should be.
-        detector: Finds spots.
+        prediction: Predicted pixels of the LEDs.
+        detector: The spot detector.
         optics: The lens.
-        gate: Largest squared distance of a spot from its prediction, 2 degrees of freedom.
+        gate: Largest squared Mahalanobis distance of a spot, 2 degrees of freedom.
         window_half_px: Smallest half-width of a window.
     """
     leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
@@ -119,8 +121,8 @@ def find_predicted(
     near = _apart(near, pixels)
     if len(near) == len(leds):
         return MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
-    named = np.array([leds[row] for row in near], dtype=np.intp)
-    return MatchedLeds(named, spots.select(near), pixels[near], expected)
+    assigned = np.array([leds[row] for row in near], dtype=np.intp)
+    return MatchedLeds(assigned, spots.select(near), pixels[near], expected)
 
 
 def _windows(
@@ -149,10 +151,7 @@ def _windows(
 def _near(
     prediction: Prediction, leds: list[int], spots: Spots, pixels_px: FloatArray, gate: float
 ) -> list[int]:
-    """Return the rows of the spots that look like LEDs and lie within the gate.
-
-    The squared distance of a spot from its prediction has 2 degrees of freedom.
-    """
+    """Return the rows of the LED-like spots within the gate."""
     covariance, expected = prediction.covariance.tolist(), prediction.pixels_px.tolist()
     pixels, sigmas = pixels_px.tolist(), spots.sigmas_px.tolist()
     rows: list[int] = []
@@ -170,7 +169,7 @@ def _near(
 
 
 def _apart(rows: list[int], pixels_px: FloatArray) -> list[int]:
-    """Return the rows whose spot is not another row's spot as well."""
+    """Return the rows whose spot is not the spot of another row too."""
     places = [pixels_px[row].tolist() for row in rows]
     merged: set[int] = set()
     for (one, (u1, v1)), (other, (u2, v2)) in combinations(zip(rows, places, strict=True), 2):

@@ -1,4 +1,4 @@
-"""Images in, poses and head targets out; tracks the LEDs where they should be, or searches."""
+"""The localizer: from images to pose estimates and head targets, tracking or searching."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.pose_monitor import Mode, PoseMonitor
 
 _START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
-"""Given to a pose before the image it was solved from corrects it: next to no knowledge."""
-_UNNAMED = np.empty(0, dtype=np.intp)
+"""Covariance of a pose solved from an image, before the same image corrects it: diffuse."""
+_NO_LEDS = np.empty(0, dtype=np.intp)
 _TRIPLE = 3
 _REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 
@@ -37,8 +37,11 @@ _REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 class LandmarkLocalizer:
     """Estimates the robot's pose from images of LEDs, joint angles and odometry.
 
+    While tracking, LEDs are detected in windows around their predicted pixels and correct the
+    filter. While searching, every image is solved from scratch for pose and labelling.
+
     Args:
-        config: Everything tunable.
+        config: Landmarks, expected errors and all parameters.
     """
 
     def __init__(self, config: LocalizerConfig) -> None:
@@ -67,11 +70,11 @@ class LandmarkLocalizer:
             speed_m_per_s=config.robot_speed_m_per_s,
             turn_rad_per_s=config.robot_turn_rad_per_s,
         )
-        self._anywhere = uniform_estimate(config.arena_width_m, config.arena_length_m)
+        self._uniform = uniform_estimate(config.arena_width_m, config.arena_length_m)
 
     @property
     def filter(self) -> PoseFilter:
-        """The filter, for studies; not to be changed."""
+        """The filter, read-only, for studies."""
         return self._filter
 
     def process(
@@ -83,17 +86,17 @@ class LandmarkLocalizer:
         joints: HeadAngles,
         odometry: Odometry,
     ) -> LocalizerOutput:
-        """Take in one image with what belongs to its stamp.
+        """Process one image with the measurements of its stamp.
 
         Args:
-            time_ns: Stamp; an image with the stamp of the last one gets the last answer again.
+            time_ns: Stamp; a repeated stamp returns the last output again.
             image: (height, width) mono8.
-            camera: The camera that took it.
+            camera: Intrinsics of the camera.
             joints: Encoder readings at that time.
             odometry: Encoder odometry at that time.
 
         Returns:
-            The output; an unusable input gives 'refused', its reason, and no pose.
+            The output; an invalid input gives mode 'refused', the reason, and no pose.
         """
         last_ns = self._last[0] if self._last else None
         if time_ns == last_ns and self._output is not None:
@@ -104,19 +107,19 @@ class LandmarkLocalizer:
         if self._optics is None or self._optics.camera != camera:
             self._optics = Optics(camera)
         self._counts['frames'] += 1
-        self._move(time_ns, odometry)
+        self._predict(time_ns, odometry)
         tracking = self._monitor.mode is not Mode.SEARCHING
-        seen = self._follow(image, joints, self._optics) if tracking else None
+        matched = self._track(image, joints, self._optics) if tracking else None
         if self._monitor.may_reacquire:
-            seen = self._acquire(image, joints, odometry.pose, self._optics) or seen
-        self._output = self._answer(seen, joints, self._optics)
+            matched = self._acquire(image, joints, odometry.pose, self._optics) or matched
+        self._output = self._make_output(matched, joints, self._optics)
         return self._output
 
     def _refuse(self, fault: str) -> LocalizerOutput:
-        """Return the answer to an unusable input; the filter is left as it is."""
+        """Return the output for an invalid input; the filter stays unchanged."""
         self._counts['refused'] += 1
         return LocalizerOutput(
-            estimate=self._anywhere,
+            estimate=self._uniform,
             landmarks=observations(None, len(self._filter.leds_m)),
             head_command=_REST if self._output is None else self._output.head_command,
             mode=Mode.REFUSED.value,
@@ -124,8 +127,8 @@ class LandmarkLocalizer:
             counters=LocalizerCounters(**self._counts),
         )
 
-    def _move(self, time_ns: int, odometry: Odometry) -> None:
-        """Predict by odometry; begin anew where odometry jumped."""
+    def _predict(self, time_ns: int, odometry: Odometry) -> None:
+        """Predict by odometry; search again after a jump of the odometry."""
         now = odometry.pose
         if self._last is not None:
             before_ns, before = self._last
@@ -140,10 +143,10 @@ class LandmarkLocalizer:
                 self._filter.predict(before, now)
         self._last = (time_ns, now)
 
-    def _follow(self, image: Image, joints: HeadAngles, optics: Optics) -> MatchedLeds:
-        """Correct the filter by the LEDs that are where they should be."""
+    def _track(self, image: Image, joints: HeadAngles, optics: Optics) -> MatchedLeds:
+        """Correct the filter by the LEDs found near their predicted pixels."""
         prediction = self._filter.predict_leds(optics.lens, joints)
-        seen = find_predicted(
+        found = find_predicted(
             image,
             prediction,
             detector=self._detector,
@@ -151,78 +154,78 @@ class LandmarkLocalizer:
             gate=self._config.filter.led_gate,
             window_half_px=self._config.detection.window_half_px,
         )
-        used = correct_by(self._filter, prediction, seen)
+        used = correct_by(self._filter, prediction, found)
         self._counts['corrections'] += used is not None
-        self._counts['gated'] += used is None and len(seen.leds) > 0
-        believed = self._monitor.mode is not Mode.CONFIRMING
-        self._monitor.update(0 if used is None else len(used.leds), seen.expected)
+        self._counts['gated'] += used is None and len(found.leds) > 0
+        confirmed = self._monitor.mode is not Mode.CONFIRMING
+        self._monitor.update(0 if used is None else len(used.leds), found.expected)
         if self._monitor.mode is Mode.SEARCHING:
             self._counts['lost'] += 1
             self._filter.fade(math.inf)
-            if believed:
+            if confirmed:
                 self._acquisition.clear()
         elif used is not None and len(used.leds) >= _TRIPLE:
             self._check(used, joints, optics)
-        return seen if used is None else used
+        return found if used is None else used
 
-    def _check(self, seen: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
-        """Compare the filter with what the image alone says; believe the image if need be.
+    def _check(self, matched: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
+        """Compare the filter with the pose of this image alone; restart from it if they disagree.
 
-        A pose from two LEDs or a panorama was too rough for a filter that linearizes, which would
-        stay too sure of it: three begin it again.
+        A pose from two LEDs or a panorama is too coarse to linearize about, and the filter would
+        stay overconfident: the first image of three LEDs restarts it.
         """
         due = self._filter.coarse or self._monitor.check_due()
-        if not due or (fix := self._acquisition.from_image(seen, joints, optics)) is None:
+        if not due or (fix := self._acquisition.from_image(matched, joints, optics)) is None:
             return
         if self._filter.coarse:
             self._filter.restore()
-            self._restart(fix, seen, joints, optics)
+            self._restart(fix, matched, joints, optics)
             return
         distance2 = self._acquisition.distance2(fix, joints)
         self._counts['contradicted'] += distance2 > self._config.watch.check_gate
         if self._monitor.add_check(distance2):
             self._counts['lost'] += 1
-            self._restart(fix, seen, joints, optics)
+            self._restart(fix, matched, joints, optics)
 
     def _acquire(
         self, image: Image, joints: HeadAngles, odometry: Pose2, optics: Optics
     ) -> MatchedLeds | None:
-        """Start the filter anew where this image, or the last ones together, tell the pose."""
+        """Restart the filter if this image alone, or a panorama, determines the pose."""
         spots = self._detector.in_frame(image)
-        lights = MatchedLeds(_UNNAMED, spots, optics.undistort(spots.pixels_px), 0)
-        fix = self._acquisition.from_image(lights, joints, optics)
+        unmatched = MatchedLeds(_NO_LEDS, spots, optics.undistort(spots.pixels_px), 0)
+        fix = self._acquisition.from_image(unmatched, joints, optics)
         if self._monitor.mode is Mode.DOUBTFUL:
             if fix is None or len(fix.leds) < _TRIPLE:
                 return None
         elif fix is None:
-            if around := self._acquisition.from_panorama(lights, joints, odometry, optics):
-                self._start(*around, leds=None)
+            if start := self._acquisition.from_panorama(unmatched, joints, odometry, optics):
+                self._start(*start, leds=None)
             return None
-        seen = lights.matched(fix.spots.tolist(), fix.leds)
-        self._restart(fix, seen, joints, optics)
-        return seen
+        matched = unmatched.matched(fix.spots.tolist(), fix.leds)
+        self._restart(fix, matched, joints, optics)
+        return matched
 
     def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
-        """Start the filter at a pose."""
+        """Start filter and monitor at a pose."""
         coarse = leds is None or len(leds) < _TRIPLE
         self._filter.start(pose, covariance, coarse=coarse)
         self._counts['acquired'] += 1
         self._monitor.start(leds)
 
-    def _restart(self, fix: Fix, seen: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
-        """Start the filter at a fix and correct it by the image the fix came from."""
+    def _restart(self, fix: Fix, matched: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
+        """Start the filter at a fix and correct it by the image of the fix."""
         turned = joints.turret_rad + joints.pan_rad + float(self._filter.mean[PAN_BIAS])
         pose = Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=fix.azimuth_rad - turned)
-        self._start(pose, _START_COVARIANCE, leds=seen.leds.tolist())
+        self._start(pose, _START_COVARIANCE, leds=matched.leds.tolist())
         prediction = self._filter.predict_leds(optics.lens, joints, solved=True)
-        self._filter.correct(prediction, *seen.measured)
+        self._filter.correct(prediction, *matched.measured)
 
-    def _answer(
-        self, seen: MatchedLeds | None, joints: HeadAngles, optics: Optics
+    def _make_output(
+        self, matched: MatchedLeds | None, joints: HeadAngles, optics: Optics
     ) -> LocalizerOutput:
         """Compose the output."""
         state, mode = self._filter, self._monitor.mode
-        estimate = self._anywhere
+        estimate = self._uniform
         if mode is Mode.TRACKING:
             estimate = PoseEstimate(pose=state.pose, covariance=state.pose_covariance)
         if mode is Mode.SEARCHING:
@@ -238,7 +241,7 @@ class LandmarkLocalizer:
             )
         return LocalizerOutput(
             estimate=estimate,
-            landmarks=observations(seen, len(state.leds_m)),
+            landmarks=observations(matched, len(state.leds_m)),
             head_command=command,
             mode=mode.value,
             reason=self._monitor.reason,

@@ -1,4 +1,4 @@
-"""Everything tunable of the localizer, as one value."""
+"""The configuration of the localizer as one value."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEAST_COORDINATES = 9
 
 @dataclass(frozen=True, kw_only=True)
 class LocalizerConfig:
-    """What the localizer knows beforehand, which errors it expects, and its habits.
+    """Landmarks, expected errors and parameters of every part of the localizer.
 
     Raises:
         ConfigurationError: A value is refused; the line names it.
@@ -31,7 +31,7 @@ class LocalizerConfig:
 
     landmarks_m: tuple[float, ...] = parameter(
         tuple(coordinate for led in DEFAULT_LANDMARKS_M for coordinate in led),
-        'Surveyed places of the LEDs in `map`: x, y, z of each, m',
+        'Surveyed positions of the LEDs in `map`: x, y, z of each, m',
         minimum=-100.0,
         maximum=100.0,
     )
@@ -46,7 +46,7 @@ class LocalizerConfig:
     )
     calibrate: bool = parameter(
         True,
-        'Estimate LED places, camera height and focal length while driving',
+        'Estimate LED positions, camera height and focal length while driving',
     )
     robot_speed_m_per_s: float = parameter(
         inches(24.0), 'Fastest the robot drives, m/s (Nomad 200: 24 in/s)', minimum=0.01
@@ -62,7 +62,7 @@ class LocalizerConfig:
     head: HeadConfig = field(default_factory=HeadConfig)
 
     def __post_init__(self) -> None:
-        """Check every field, and that the coordinates are those of whole LEDs."""
+        """Check every field, and that the coordinates are triples."""
         check_fields(self)
         if len(self.landmarks_m) < _LEAST_COORDINATES or len(self.landmarks_m) % 3:
             raise ConfigurationError(
@@ -71,7 +71,7 @@ class LocalizerConfig:
 
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> LocalizerConfig:
-        """Return the configuration for an arena and the errors to expect in it."""
+        """Return the configuration for an arena and its expected errors."""
         return cls(
             landmarks_m=tuple(float(c) for led in arena.landmarks_m for c in led),
             arena_width_m=arena.width_m,

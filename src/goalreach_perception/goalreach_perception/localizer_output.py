@@ -1,4 +1,4 @@
-"""What the localizer answers to one image."""
+"""The output of the localizer for one image."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from goalreach_perception.landmark_tracking import MatchedLeds
 
 
 class LocalizerCounters(NamedTuple):
-    """What happened since the start.
+    """Counts of events since the start.
 
     Attributes:
         frames: Images used.
-        refused: Inputs that could not be used.
+        refused: Invalid inputs.
         corrections: Images that corrected the filter.
-        gated: Images whose LEDs did not fit the filter.
-        acquired: Fixes from one image that started the filter.
-        lost: Times the pose was given up.
-        contradicted: Checks against one image alone that the filter failed.
+        gated: Images whose LEDs failed the gate of the filter.
+        acquired: Starts of the filter from a fix.
+        lost: Losses of the pose.
+        contradicted: Failed checks of the filter against one image alone.
     """
 
     frames: int = 0
@@ -34,17 +34,16 @@ class LocalizerCounters(NamedTuple):
 
 
 class LocalizerOutput(NamedTuple):
-    """What one image led to.
+    """Pose, landmarks and head command for one image.
 
     Attributes:
-        estimate: The pose in `map`; while there is none, the middle of the arena with the
-            covariance of "anywhere in it, any heading".
-        landmarks: One entry per LED; None where it was not seen.
+        estimate: The pose in `map`; without one, the uniform distribution over the arena.
+        landmarks: One entry per LED; None if it was not detected.
         head_command: Joint targets.
-        mode: 'searching', 'confirming' (a pose from one image, not yet believed), 'tracking',
-            'doubtful' (nothing is where it should be) or 'refused' (the input is unusable).
-        reason: Why the mode is not 'tracking', or an empty text.
-        counters: What happened since the start.
+        mode: 'searching', 'confirming' (a pose from one image, to be confirmed by more),
+            'tracking', 'doubtful' (predicted LEDs are not detected) or 'refused' (invalid input).
+        reason: Why the mode is not 'tracking'; empty while it is.
+        counters: Counts of events since the start.
     """
 
     estimate: PoseEstimate
@@ -56,12 +55,12 @@ class LocalizerOutput(NamedTuple):
 
     @property
     def diagnostics(self) -> dict[str, object]:
-        """Mode, reason and counters by name, for people."""
+        """Mode, reason and counters by name."""
         return {'mode': self.mode, 'reason': self.reason, **self.counters._asdict()}
 
 
 def uniform_estimate(width_m: float, length_m: float) -> PoseEstimate:
-    """Return the pose of a robot that may be anywhere in an arena, with any heading.
+    """Return the pose estimate uniform over an arena and all headings.
 
     Args:
         width_m: Arena size along x.
@@ -73,17 +72,17 @@ def uniform_estimate(width_m: float, length_m: float) -> PoseEstimate:
 
 
 def observations(
-    seen: MatchedLeds | None, led_count: int
+    matched: MatchedLeds | None, led_count: int
 ) -> tuple[LandmarkObservation | None, ...]:
-    """Return where each LED was seen, None where it was not.
+    """Return the observation of each LED, None if it was not detected.
 
     Args:
-        seen: The LEDs found in an image, or None.
-        led_count: How many there are.
+        matched: The LEDs detected in an image, or None.
+        led_count: Number of LEDs.
     """
     landmarks: list[LandmarkObservation | None] = [None] * led_count
-    if seen is not None:
-        places, peaks = seen.spots.pixels_px.tolist(), seen.spots.peaks_dn
-        for led, (u, v), peak in zip(seen.leds.tolist(), places, peaks, strict=True):
+    if matched is not None:
+        places, peaks = matched.spots.pixels_px.tolist(), matched.spots.peaks_dn
+        for led, (u, v), peak in zip(matched.leds.tolist(), places, peaks, strict=True):
             landmarks[led] = LandmarkObservation(u_px=u, v_px=v, peak_dn=float(peak))
     return tuple(landmarks)

@@ -1,8 +1,9 @@
-"""Maximum-likelihood poses from one image: Gauss-Newton on pixels, many labellings at once.
+"""Poses from one image: closed-form initial guesses and maximum likelihood by Gauss-Newton.
 
-Unknown are x, y and the azimuth of the optical axis. Everything else that is not known exactly
-(tilt, camera height, focal length, places of the LEDs) enters the weight of the pixels, so the
-chi-square of a solution has 2 k - 3 degrees of freedom and its covariance is honest.
+Many labellings are solved at once. Unknown are x, y and the azimuth of the optical axis. All other
+uncertain quantities (tilt, camera height, focal length, positions of the LEDs) enter the weights
+of the pixels, so the chi-square of a solution has 2 k - 3 degrees of freedom and its covariance is
+consistent. The closed forms work in the plane, with complex numbers.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ from goalreach_perception.measurement_model import (
 _ITERATIONS = 5
 _FEWEST_ITERATIONS = 2
 _CONVERGED = 1e-4
-"""After a step that is smaller than this, metres and radians, the next would be smaller than its
+"""Largest step of a converged solution, metres and radians: the next step is of the order of its
 square. Chosen."""
 _DAMPING = 1e-6
 _LARGEST_STEP = np.array([0.7, 0.7, 0.35])
-"""Metres, metres, radians per iteration. Chosen: keeps a step where the model holds."""
+"""Metres, metres, radians per iteration. Chosen: keeps a step within the linear range."""
 _POSE = [0, 1, 2]
 _TINY = 1e-12
 _BEHIND_M = 0.06
-"""At this depth an LED is not in front of the camera: just above the model's floor."""
+"""An LED at most this deep is not in front of the camera: just above the model's minimum."""
 
 
 ComplexArray = NDArray[np.complex128]
@@ -41,15 +42,15 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, kw_only=True)
 class ImageGeometry:
-    """What is known when an image is solved.
+    """Everything known when an image is solved.
 
     Attributes:
-        leds_m: (n, 3) believed places of the LEDs in `map`.
-        camera_height_m: Believed height of the optical centre.
-        turns_rad: (spots,) azimuth of the optical axis less the azimuth that is solved for: zero
-            for spots of one image.
-        tilts_rad: (spots,) tilt encoder reading plus believed bias.
-        lens: Believed lens.
+        leds_m: (n, 3) estimated positions of the LEDs in `map`.
+        camera_height_m: Estimated height of the optical centre.
+        turns_rad: (spots,) azimuth of the optical axis relative to the unknown azimuth: zero for
+            spots of one image.
+        tilts_rad: (spots,) tilt encoder reading plus estimated bias.
+        lens: Estimated lens.
         nuisance_covariance: (9 + 3 n,) squared covariance of the state vector, of which the rows
             from the tilt bias on are used.
         tilt_noise_rad: Noise of the tilt encoder (1 sigma).
@@ -78,7 +79,7 @@ class ImageGeometry:
     def project(
         self, poses: FloatArray, offsets_m: FloatArray, spots: NDArray[np.intp]
     ) -> Projection:
-        """Project LEDs as seen from poses, each by the camera as it stood for its spot.
+        """Project LEDs from poses, each with the camera direction of its spot.
 
         Args:
             poses: (m, 3) of x, y, azimuth.
@@ -102,7 +103,7 @@ class Solutions:
 
     Attributes:
         poses: (m, 3) of x (m), y (m), azimuth of the optical axis (rad, not wrapped).
-        chi2: (m,) of the residuals, 2 k - 3 degrees of freedom; infinite where a LED would be
+        chi2: (m,) of the residuals, 2 k - 3 degrees of freedom; infinite where an LED would be
             behind the camera.
         information: (m, 3, 3) inverse covariance of each pose.
     """
@@ -153,13 +154,13 @@ def solve_poses(
     """Return the most likely pose of each labelling.
 
     Args:
-        geometry: What is known.
+        geometry: Everything known.
         pixels_px: (n, 2) ideal pixels of the spots (lens distortion removed).
         sigmas_px: (n,) standard deviation of each per axis.
-        spots: (m, k) which spots each labelling uses.
-        leds: (m, k) which LED each of them is.
-        seeds: (m, 3) first guesses of x, y, azimuth.
-        iterations: Most Gauss-Newton steps; fewer where all have converged.
+        spots: (m, k) spots of each labelling.
+        leds: (m, k) LED of each spot.
+        seeds: (m, 3) initial guesses of x, y, azimuth.
+        iterations: Largest number of Gauss-Newton steps; fewer if all have converged.
     """
     poses = seeds.copy()
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
@@ -201,10 +202,10 @@ def _pose_jacobian(projection: Projection, offsets_m: FloatArray) -> FloatArray:
 
 
 def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: FloatArray) -> ComplexArray:
-    """Return where LEDs of known height stand in the levelled frame of the camera.
+    """Return the positions of LEDs of known height in the levelled frame of the camera.
 
     A ray (s_u, s_v, 1) of a camera tilted by T runs cos T + sin T s_v forward, s_u to the right
-    and sin T - cos T s_v up; it is followed until it has risen to the height of the LED.
+    and sin T - cos T s_v up; it is extended to the height of the LED.
 
     Args:
         slopes: (..., 2) of (pixel - centre) / focal length.
@@ -212,7 +213,7 @@ def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: FloatArray) -
         tilt_rad: (...) tilt, upward.
 
     Returns:
-        (...) forward + left * 1j, metres; NaN where the ray never gets to that height.
+        (...) forward + left * 1j, metres; NaN where the ray never reaches that height.
     """
     forward = np.cos(tilt_rad) + np.sin(tilt_rad) * slopes[..., 1]
     up = np.sin(tilt_rad) - np.cos(tilt_rad) * slopes[..., 1]
@@ -223,7 +224,7 @@ def level_points(slopes: FloatArray, rise_m: FloatArray, tilt_rad: FloatArray) -
 
 
 def align(places_m: ComplexArray, seen_m: ComplexArray) -> FloatArray:
-    """Return the pose that moves what is seen onto the map: least squares, closed form.
+    """Return the pose that aligns measured LEDs with the map: least squares, closed form.
 
     Args:
         places_m: (m, k) LEDs in `map`, x + y * 1j.
@@ -243,15 +244,15 @@ def align(places_m: ComplexArray, seen_m: ComplexArray) -> FloatArray:
 
 
 def triangulate(places_m: ComplexArray, rays: ComplexArray) -> tuple[FloatArray, FloatArray]:
-    """Return the pose from the directions to three LEDs alone, heights not used.
+    """Return the pose from the bearings of three LEDs alone, without their heights.
 
     Three-object triangulation by intersecting circles, as in Pierlot and Van Droogenbroeck,
     "A New Three Object Triangulation Algorithm for Mobile Robot Positioning" (IEEE T-RO 2014),
-    derived anew: with the second LED as origin, the places R that see LEDs 1 and 2 under the
-    directed angle a are the circle sin(a) |R|^2 = Re(conj(R) (-i) B1 exp(i a)), and those that
-    see 2 and 3 under b are sin(b) |R|^2 = Re(conj(R) i B3 exp(-i b)). Both circles pass through
-    the origin; the line through their other meeting point is square to
-    n = sin(b) (-i) B1 exp(i a) - sin(a) i B3 exp(-i b). When the two circles are one
+    derived here in complex numbers: with the second LED as origin, the positions R that see LEDs
+    1 and 2 under the directed angle a are the circle sin(a) |R|^2 = Re(conj(R) (-i) B1 exp(i a)),
+    and those that see 2 and 3 under b are sin(b) |R|^2 = Re(conj(R) i B3 exp(-i b)). Both circles
+    pass through the origin; the line through their other intersection is perpendicular to
+    n = sin(b) (-i) B1 exp(i a) - sin(a) i B3 exp(-i b). If the two circles coincide
     (the danger circle), n is zero.
 
     Args:

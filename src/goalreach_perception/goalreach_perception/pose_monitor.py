@@ -1,4 +1,4 @@
-"""Whether a pose may be believed, from what the images keep saying."""
+"""Integrity monitor: decides from the match of images and predictions whether a pose is valid."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from goalreach_msgs_py.parameters import check_fields, parameter
 
 _PAIR = 2
 _BLIND_FRAMES = 50
-"""Images without any LED, none being expected, that a pose is believed on; chosen: 2 s, in which
-odometry is off by less than an inch."""
+"""Images without an LED, none being predicted, until the pose is doubtful. Chosen: 2 s, in which
+odometry drifts by less than an inch."""
 
 
 class Mode(enum.Enum):
-    """How far the pose is known."""
+    """State of the localization."""
 
     SEARCHING = 'searching'
     CONFIRMING = 'confirming'
@@ -26,37 +26,37 @@ class Mode(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class PoseMonitorConfig:
-    """How much contradiction a pose survives."""
+    """Thresholds of the integrity monitor."""
 
     lost_after_frames: int = parameter(
         5,
-        'Images in a row that must speak against a pose to give it up (chosen: 0.2 s)',
+        'Consecutive images contradicting a pose until it is lost (chosen: 0.2 s)',
         minimum=1,
         maximum=1000,
     )
     unseen_after_frames: int = parameter(
         200,
-        'Images in a row without any LED after which a pose is given up (chosen: 8 s, in which a '
-        'turret that turned away at full speed comes to the LEDs)',
+        'Consecutive images without any LED until a pose is lost (chosen: 8 s, in which a turret '
+        'that turned away at full speed gets back to the LEDs)',
         minimum=1,
         maximum=100000,
     )
     pair_confirmations: int = parameter(
-        3, 'Images that must bear out a pose from two LEDs (chosen)', minimum=0, maximum=1000
+        3, 'Images that must confirm a pose from two LEDs (chosen)', minimum=0, maximum=1000
     )
     triple_confirmations: int = parameter(
         1,
-        'Images that must bear out a pose from three LEDs: one may have been a spurious light '
+        'Images that must confirm a pose from three LEDs: one may have been a spurious spot '
         '(chosen)',
         minimum=0,
         maximum=1000,
     )
     confirm_within_frames: int = parameter(
-        8, 'Images within which a pose must be borne out (chosen: 0.3 s)', minimum=1, maximum=1000
+        8, 'Images within which a pose must be confirmed (chosen: 0.3 s)', minimum=1, maximum=1000
     )
     check_every_frames: int = parameter(
         25,
-        'Every how many images the filter is checked against one image alone (chosen: 1 s)',
+        'Images from one check of the filter against one image alone to the next (chosen: 1 s)',
         minimum=1,
         maximum=100000,
     )
@@ -66,7 +66,7 @@ class PoseMonitorConfig:
         minimum=1.0,
     )
     contradictions: int = parameter(
-        2, 'Failed checks in a row after which the image is believed (chosen)', minimum=1
+        2, 'Consecutive failed checks until the filter restarts from the image (chosen)', minimum=1
     )
 
     def __post_init__(self) -> None:
@@ -75,14 +75,14 @@ class PoseMonitorConfig:
 
 
 class PoseMonitor:
-    """Keeps the mode: a state machine without any geometry.
+    """The state machine of the modes; it contains no geometry.
 
     Args:
-        config: How much contradiction a pose survives.
+        config: The thresholds.
 
     Attributes:
-        mode: The present mode; never REFUSED.
-        reason: Why it is not TRACKING, or an empty text.
+        mode: The current mode; never REFUSED.
+        reason: Why it is not TRACKING; empty while it is.
     """
 
     def __init__(self, config: PoseMonitorConfig) -> None:
@@ -91,39 +91,39 @@ class PoseMonitor:
         self.reason = 'no fix yet'
         self._misses = 0
         self._unseen = 0
-        self._confirmations = self._to_confirm = self._patience = 0
+        self._confirmations = self._to_confirm = self._frames_left = 0
         self._leds: tuple[int, ...] = ()
         self._contradictions = self._checked = 0
-        self._firm = False
+        self._needs_pair = False
 
     @property
     def unconfirmed_leds(self) -> tuple[int, ...]:
-        """The LEDs that must be seen again for a new pose to be believed; else empty."""
+        """The LEDs that must be detected again to confirm a new pose; else empty."""
         return self._leds if self.mode is Mode.CONFIRMING else ()
 
     @property
     def may_reacquire(self) -> bool:
-        """Whether a pose that fits the image may take the place of this one, if there is one.
+        """Whether a pose from one image may replace the current one.
 
-        One image against a pose is not enough: an encoder's reading may be far off for once.
+        One contradicting image is not enough: a single encoder reading may be an outlier.
         """
-        doubted = self.mode is Mode.DOUBTFUL and self._misses != 1
-        return doubted or self.mode is Mode.SEARCHING
+        doubtful = self.mode is Mode.DOUBTFUL and self._misses != 1
+        return doubtful or self.mode is Mode.SEARCHING
 
     def start(self, leds: Sequence[int] | None) -> None:
-        """Take note of a new pose.
+        """Register a new pose.
 
         Args:
-            leds: Which LEDs of one image it came from; as many must be seen again for it to be
-                believed. None for a pose that is sure.
+            leds: LEDs of the image it was solved from; as many must be detected again to confirm
+                it. None for a pose that needs no confirmation.
         """
         self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
-        self._firm = False
+        self._needs_pair = False
         pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
         self._leds = tuple(leds or ())
         self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
-        self._patience = self._config.confirm_within_frames
+        self._frames_left = self._config.confirm_within_frames
         if self._to_confirm == 0:
             self.mode, self.reason = Mode.TRACKING, ''
         else:
@@ -131,25 +131,24 @@ class PoseMonitor:
             self.reason = f'a pose from {len(self._leds)} lights waits for confirmation'
 
     def lose(self, reason: str) -> None:
-        """Give the pose up."""
+        """Register the loss of the pose."""
         self.mode, self.reason = Mode.SEARCHING, reason
 
     def update(self, used: int, expected: int) -> None:
-        """Take note of one image that was compared with the pose.
+        """Register the match of one image with the prediction.
 
-        An image speaks against the pose where none, or two fewer than expected, of the LEDs are
-        where they should be: it is not published as good. Doubt is firm where two or more are
-        missing at once, or a single one time and again; then two LEDs must be seen to make the
-        pose good again, since a single light may be in the place of an LED by chance. Else the
-        next LED that is where it should be ends it.
+        An image contradicts the pose if no LED is matched, or two fewer than predicted; the pose
+        is then doubtful. If two or more LEDs are missing at once, or a single one repeatedly, two
+        LEDs must match before the pose is valid again, since a single spurious spot may match by
+        chance. Otherwise one matched LED is enough.
 
         Args:
-            used: LEDs that were where they should be.
-            expected: LEDs that should have been in the image.
+            used: Number of LEDs that matched.
+            expected: Number of LEDs predicted in the image.
         """
         bad = expected > 0 and used < max(1, expected - 1)
-        doubted = self._firm and used < _PAIR
-        self._misses = self._misses + 1 if bad or (doubted and expected) else 0
+        doubtful = self._needs_pair and used < _PAIR
+        self._misses = self._misses + 1 if bad or (doubtful and expected) else 0
         self._unseen = 0 if used else self._unseen + 1
         if self.mode is Mode.CONFIRMING:
             self._confirm(used, bad=bad or not used, expected=expected)
@@ -157,32 +156,32 @@ class PoseMonitor:
             self.lose('the LEDs are not where they should be')
         elif self._unseen >= self._config.unseen_after_frames:
             self.lose('no LED was seen for too long')
-        elif bad or doubted:
-            self._firm |= not used and (expected >= _PAIR or self._misses > _PAIR)
+        elif bad or doubtful:
+            self._needs_pair |= not used and (expected >= _PAIR or self._misses > _PAIR)
             self.mode, self.reason = Mode.DOUBTFUL, 'expected LEDs are not seen'
         elif self._unseen > _BLIND_FRAMES:
             self.mode, self.reason = Mode.DOUBTFUL, 'no LED is in view'
         elif used:
-            self._firm = False
+            self._needs_pair = False
             self.mode, self.reason = Mode.TRACKING, ''
 
     def _confirm(self, used: int, *, bad: bool, expected: int) -> None:
-        """Count an image for a new pose; one that lacks an LED bears no pose from a pair out."""
+        """Count an image for a new pose; one that lacks an LED does not confirm a pair."""
         complete = len(self._leds) > _PAIR or used >= expected
         self._confirmations += used >= len(self._leds) and complete
-        self._patience -= 1
+        self._frames_left -= 1
         if self._confirmations >= self._to_confirm:
             self.mode, self.reason = Mode.TRACKING, ''
-        elif bad or self._patience <= 0:
+        elif bad or self._frames_left <= 0:
             self.lose('a new pose was not confirmed')
 
     def check_due(self) -> bool:
-        """Count an image with three LEDs; return whether to check the pose against it alone."""
+        """Count an image of three LEDs; return whether to check the filter against it alone."""
         self._checked += 1
         return self._checked % self._config.check_every_frames == 0 or self._contradictions > 0
 
     def add_check(self, distance2: float) -> bool:
-        """Take note of a check; return whether the pose of the image is the one to believe.
+        """Register a check; return whether to restart the filter from the image.
 
         Args:
             distance2: Squared distance of the filter from the pose of one image, 3 dof.

@@ -1,4 +1,4 @@
-"""What the localizer notices of its sensors while it copes with them: told by name."""
+"""Reports of sensor faults that the localizer tolerates."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from goalreach_perception.detection import SpotDetector
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 
-_LOOK_FRAMES = 10
-"""The whole image is looked at once in so many; chosen: it costs as much as ten windows."""
+_SCAN_FRAMES = 10
+"""Frames between scans of the whole image. Chosen: a scan costs as much as ten windows."""
 
-_SEEN_PX = 12.0
-"""A light this near to where an LED should be is that LED; chosen: four times a spot's width."""
+_MATCH_PX = 12.0
+"""A spot this near to a predicted LED is that LED. Chosen: four times the width of a spot."""
 
 _INSIDE_PX = 20.0
-"""An LED this far inside the image should be seen; chosen."""
+"""An LED this far inside the image should be detected. Chosen."""
 
 _DARK_FRAMES = 12
-"""Images that should show an LED, and do not, after which it is told; chosen."""
+"""Consecutive images without a predicted LED until it is reported. Chosen."""
 
 _STOOD_M, _STOOD_RAD = 0.001, 0.002
 _MOVED_M = 0.08
 _JUMP_M = 0.1
-"""More than the robot drives between two images, unless many were lost; chosen."""
+"""More than the robot drives between two images, unless many were lost. Chosen."""
 _WINDOW = 12
 _LOSSES = 3
-"""A pose lost so often in a row at one and the same odometry tells of frozen encoders; chosen."""
+"""Consecutive losses at the same odometry that mean frozen encoders. Chosen."""
 
 _QUIET_NS = 1_000_000_000
 _AGAIN_NS = 200_000_000
-"""After so long without it, what is seen anew is another event and not the same one going on."""
+"""An event that recurs after a longer pause is reported as a new one."""
 _KIND_LENGTH = 12
-"""Lines that begin alike are of one kind."""
+"""Lines with the same beginning are of one kind."""
 
 
 class SensorMonitor:
-    """Compares lights and odometry with a pose that is tracked. It changes nothing.
+    """Compares spots and odometry with the tracked pose; it does not affect the localizer.
 
     Args:
-        config: Of the localizer.
+        config: Configuration of the localizer.
     """
 
     def __init__(self, config: LocalizerConfig) -> None:
@@ -56,14 +56,14 @@ class SensorMonitor:
             spot_sigma_px=config.noise.spot_sigma_px,
             read_noise_dn=config.noise.read_noise_dn,
         )
-        self._unseen = [0] * len(self._leds_m)
-        self._strange = 0
+        self._missing = [0] * len(self._leds_m)
+        self._spurious_scans = 0
         self._frames = 0
         self._counters = LocalizerCounters()
         self._lost_at: list[Pose2] = []
         self._odometry: Pose2 | None = None
-        self._told_ns: dict[str, int] = {}
-        self._seen_ns: dict[str, int] = {}
+        self._reported_ns: dict[str, int] = {}
+        self._last_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
 
     def check(
@@ -76,24 +76,24 @@ class SensorMonitor:
         odometry: Pose2,
         output: LocalizerOutput,
     ) -> list[str]:
-        """Return what is worth a word, one line each; what goes on once in a second.
+        """Return one line per fault; repeat a lasting one once a second.
 
         Args:
             time_ns: Stamp of the image.
             image: (height, width) mono8.
-            camera: The camera that took it.
+            camera: Intrinsics of the camera.
             joints: Encoder readings.
             odometry: Pose in `odom`.
-            output: What the localizer made of it.
+            output: Output of the localizer for the image.
         """
         lines = self._lines(image, camera, joints, odometry, output)
         fresh = []
         for line in lines:
             kind = line[:_KIND_LENGTH]
-            goes_on = time_ns - self._seen_ns.get(kind, -_AGAIN_NS) < _AGAIN_NS
-            self._seen_ns[kind] = time_ns
-            if not goes_on or time_ns - self._told_ns[kind] >= _QUIET_NS:
-                self._told_ns[kind] = time_ns
+            lasting = time_ns - self._last_ns.get(kind, -_AGAIN_NS) < _AGAIN_NS
+            self._last_ns[kind] = time_ns
+            if not lasting or time_ns - self._reported_ns[kind] >= _QUIET_NS:
+                self._reported_ns[kind] = time_ns
                 fresh.append(line)
         return fresh
 
@@ -108,18 +108,18 @@ class SensorMonitor:
         lines = self._jumped(odometry) + self._given_up(output, odometry)
         if output.mode != 'tracking':
             self._poses.clear()
-            self._unseen = [0] * len(self._leds_m)
+            self._missing = [0] * len(self._leds_m)
             return lines
         pose = output.estimate.pose
         self._frames += 1
-        looks = self._frames % _LOOK_FRAMES == 0
-        if looks or any(seen is None for seen in output.landmarks):
+        scan = self._frames % _SCAN_FRAMES == 0
+        if scan or any(seen is None for seen in output.landmarks):
             pixels = self._expected(pose, joints, camera)
             lines += self._dark(pixels, camera, output)
-            if looks:
-                lines += self._strangers(image, pixels)
+            if scan:
+                lines += self._spurious(image, pixels)
         else:
-            self._unseen = [0] * len(self._leds_m)
+            self._missing = [0] * len(self._leds_m)
         return lines + self._standing(pose, odometry)
 
     def _jumped(self, odometry: Pose2) -> list[str]:
@@ -134,11 +134,11 @@ class SensorMonitor:
         self._counters = counters
         if counters.lost <= before.lost:
             anew = counters.acquired > before.acquired > before.lost
-            return ['the pose was given up for another that fits the image'] if anew else []
+            return ['the pose was replaced by another that fits the image'] if anew else []
         self._lost_at = [*self._lost_at[1 - _LOSSES :], odometry]
         if len(self._lost_at) == _LOSSES and self._lost_at.count(odometry) == _LOSSES:
-            return ['odometry stands still while the LEDs tell of motion']
-        return [f'the pose was given up: {output.reason}']
+            return ['odometry stands still while the LEDs show motion']
+        return [f'the pose was lost: {output.reason}']
 
     def _expected(self, pose: Pose2, joints: HeadAngles, camera: PinholeCamera) -> FloatArray:
         centre_m = np.array([pose.x_m, pose.y_m, self._height_m])
@@ -155,42 +155,42 @@ class SensorMonitor:
         for led, ((u, v), seen) in enumerate(zip(pixels.tolist(), output.landmarks, strict=True)):
             inside = low < u < width - low and low < v < height - low
             if seen is not None:
-                self._unseen[led] = 0
-            if not inside or seen is not None:  # one that leaves the view is as dark as before
+                self._missing[led] = 0
+            if not inside or seen is not None:  # the count stays while it is out of view
                 continue
-            self._unseen[led] += 1
-            if self._unseen[led] % _DARK_FRAMES == 0:
+            self._missing[led] += 1
+            if self._missing[led] % _DARK_FRAMES == 0:
                 lines.append(
-                    f'LED {led} is dark or hidden: not seen in {self._unseen[led]} images'
+                    f'LED {led} is dark or hidden: not seen in {self._missing[led]} images'
                 )
         return lines
 
-    def _strangers(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
+    def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
         spots = self._detector.in_frame(image).pixels_px
-        strange = [(u, v) for u, v in spots.tolist() if not _is_near(u, v, pixels)]
-        self._strange = self._strange + 1 if strange else 0
-        if self._strange < 2:  # noqa: PLR2004 - one may be a spurious light of one image
+        spurious = [(u, v) for u, v in spots.tolist() if not _is_near(u, v, pixels)]
+        self._spurious_scans = self._spurious_scans + 1 if spurious else 0
+        if self._spurious_scans < 2:  # noqa: PLR2004 - a spot in one image alone is image noise
             return []
-        u_px, v_px = strange[0]
-        return [f'a light that is no LED, at pixel {u_px:.0f}, {v_px:.0f}']
+        u_px, v_px = spurious[0]
+        return [f'spurious light, no LED, at pixel {u_px:.0f}, {v_px:.0f}']
 
     def _standing(self, pose: Pose2, odometry: Pose2) -> list[str]:
-        """Hold half a second of odometry against the same of poses."""
+        """Compare half a second of odometry with the same interval of poses."""
         self._poses.append((pose, odometry))
         if len(self._poses) <= _WINDOW:
             return []
         before, odometry_before = self._poses.pop(0)
         moved_m = math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
-        counted_m = math.hypot(
+        odometry_m = math.hypot(
             odometry.x_m - odometry_before.x_m, odometry.y_m - odometry_before.y_m
         )
         turned = angle_difference(odometry.heading_rad, odometry_before.heading_rad)
-        stood = counted_m < _STOOD_M and abs(turned) < _STOOD_RAD
+        stood = odometry_m < _STOOD_M and abs(turned) < _STOOD_RAD
         if not stood or moved_m < _MOVED_M:
             return []
-        return [f'odometry stands still while the LEDs tell of {moved_m:.2f} m of motion']
+        return [f'odometry stands still while the LEDs show {moved_m:.2f} m of motion']
 
 
 def _is_near(u_px: float, v_px: float, pixels: FloatArray) -> bool:
     distances = np.hypot(pixels[:, 0] - u_px, pixels[:, 1] - v_px)
-    return bool((distances < _SEEN_PX).any())
+    return bool((distances < _MATCH_PX).any())
