@@ -34,8 +34,15 @@ DEPENDENCIES = {
     'zstandard': 'zstandard',
 }
 
+DISTRIBUTION = 'jazzy'
+
 # They name another environment's libraries, and would hide those of the one that is started.
-FOREIGN_VARIABLES = ('_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'LD_LIBRARY_PATH')
+FOREIGN_VARIABLES = (
+    '_ROS_WHEELS_BOOTSTRAP_COMPLETE',
+    'AMENT_PREFIX_PATH',
+    'LD_LIBRARY_PATH',
+    'PYTHONPATH',
+)
 
 
 def run(command: str) -> NoReturn:
@@ -71,6 +78,9 @@ def prepare(root: Path = ROOT, *, group: str = 'run') -> None:
     except SetupError as error:
         say(str(error))
         raise SystemExit(error.status) from None
+    except PermissionError as error:
+        say(f'{error.filename}: {error.strerror}: clone the repository as the user who runs it')
+        raise SystemExit(1) from None
     if group == 'dev':
         _extend_path([str(root / 'lab'), str(root / 'test' / 'support')])
 
@@ -91,6 +101,10 @@ def for_another_python(environment: Mapping[str, str]) -> dict[str, str]:
 
 def _prepare(root: Path, venv: Venv) -> None:
     inside = Path(sys.prefix).resolve() == venv.path.resolve()
+    distribution = os.environ.get('ROS_DISTRO')
+    if distribution != DISTRIBUTION and any(map(_holds_ros, _search_path())):
+        say(f'ROS_DISTRO = {distribution}: using .venv instead of the ROS that is sourced')
+        _continue_in(venv)
     state = venv.state()
     if inside and state is State.READY and not _usable():
         raise SetupError(f'{venv.path} is damaged: remove it, then start the same command again.')
@@ -108,6 +122,14 @@ def _prepare(root: Path, venv: Venv) -> None:
 
 def _usable() -> bool:
     return importable('goalreach_bringup') and importable('rclpy')
+
+
+def _search_path() -> list[str]:
+    return [entry for entry in os.environ.get('PYTHONPATH', '').split(os.pathsep) if entry]
+
+
+def _holds_ros(folder: str) -> bool:
+    return Path(folder, 'rclpy').is_dir()
 
 
 def _report_other_installation(root: Path) -> None:
@@ -146,10 +168,11 @@ def _continue_in(venv: Venv) -> NoReturn:
         venv.ensure()
     elif not venv.python.exists() or _fails(str(venv.python), 'import goalreach_bringup, rclpy'):
         raise SetupError(_foreign(venv))
-    sys.stdout.flush()
-    sys.stderr.flush()
+    environment = for_another_python(os.environ)
+    if folders := [folder for folder in _search_path() if not _holds_ros(folder)]:
+        environment['PYTHONPATH'] = os.pathsep.join(folders)
     python = str(venv.python)
-    os.execve(python, [python, *sys.orig_argv[1:]], for_another_python(os.environ))  # noqa: S606
+    os.execve(python, [python, *sys.orig_argv[1:]], environment)  # noqa: S606
 
 
 def _fails(python: str, code: str) -> bool:

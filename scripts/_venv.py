@@ -102,6 +102,8 @@ class Venv:
             SetupError: It cannot be made. A half-made environment is removed.
         """
         if self.state() is not State.READY:
+            if not os.access(self._root, os.W_OK):
+                raise SetupError(f'{self._root}: cannot make .venv here, the folder is read-only')
             with _exclusive(self._root) as self._lock:
                 if self.state() is not State.READY:
                     self._make()

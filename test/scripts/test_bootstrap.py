@@ -6,14 +6,13 @@ from pathlib import Path
 import re
 import signal
 import subprocess
-import sys
 import venv as stdlib_venv
 
 import pytest
 
 from _environment import DEPENDENCIES, ROOT
 import _venv
-from _venv import LOCKS, MARKER_NAME, SetupError, State, Venv, build_tools
+from _venv import LOCKS, MARKER_NAME, SetupError, State, Venv, build_tools, own_base
 from small_clone import Clone, finish, place_package
 
 GATE = """
@@ -132,7 +131,7 @@ def test_sourced_workspace_is_used_as_it_is(clone: Clone, tmp_path: Path) -> Non
         place_package(tmp_path / 'opt' / name)
     place_package(tmp_path / 'opt' / 'rosbags' / 'rosbag2')
 
-    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'), ROS_DISTRO='jazzy')
 
     folder = str(clone.root / 'src' / 'goalreach_bringup')
     assert (outcome.status, outcome.err) == (0, '')
@@ -145,7 +144,7 @@ def test_sourced_workspace_without_a_dependency_says_which(clone: Clone, tmp_pat
     for name in ('rclpy', 'cv2', 'matplotlib', 'mcap', 'numpy', 'psutil', 'yaml', 'zstandard'):
         place_package(tmp_path / 'opt' / name)
 
-    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'), ROS_DISTRO='jazzy')
 
     assert outcome.status == 1
     assert re.fullmatch(r'goalreach: .*lacks rich rosbags: .*\n', outcome.err)
@@ -154,25 +153,69 @@ def test_sourced_workspace_without_a_dependency_says_which(clone: Clone, tmp_pat
 def test_sourced_workspace_of_another_python_says_so(clone: Clone, tmp_path: Path) -> None:
     place_package(tmp_path / 'opt' / 'rclpy', 'raise ImportError')
 
-    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'))
+    outcome = clone.run(PYTHONPATH=str(tmp_path / 'opt'), ROS_DISTRO='jazzy')
 
     assert outcome.status == 1
     assert re.fullmatch(r'goalreach: the rclpy on the path cannot be .*\n', outcome.err)
 
 
-def test_old_python_gets_one_line(clone: Clone) -> None:
+@needs_venv
+@pytest.mark.parametrize('distribution', [{}, {'ROS_DISTRO': 'humble'}], ids=['unset', 'humble'])
+def test_another_ros_gives_way_to_the_environment(
+    clone: Clone, tmp_path: Path, distribution: dict[str, str]
+) -> None:
+    place_package(tmp_path / 'opt' / 'rclpy', 'raise ImportError')
+    place_package(tmp_path / 'own' / 'mine')
+    folders = f'{tmp_path / "opt"}:{tmp_path / "own"}'
+
+    outcome = clone.run(PYTHONPATH=folders, **distribution)
+
+    assert outcome.status == 0
+    assert re.search(r'goalreach: ROS_DISTRO = \w+: using \.venv instead of', outcome.err)
+    assert outcome.said['variables']['PYTHONPATH'] == str(tmp_path / 'own')
+    assert clone.run(PYTHONPATH=folders, **distribution).err.count('\n') == 1
+
+
+@pytest.mark.parametrize(
+    ('patch', 'line'),
+    [
+        ('sys.version_info = (3, 9, 0)', r'goalreach needs Python 3.10 or newer, .*'),
+        ("sys.platform = 'win32'", r'goalreach runs on Linux only: .* WSL .*'),
+        (
+            'os.access = lambda path, mode: mode != os.W_OK',  # as for users other than root
+            r'goalreach: .*: cannot make .venv here, the folder is read-only',
+        ),
+        (
+            'pathlib.Path.is_file = refuse',
+            r'goalreach: x: Denied: clone the repository as .*',
+        ),
+    ],
+    ids=['old Python', 'Windows', 'read-only', "somebody else's"],
+)
+def test_what_cannot_work_gets_one_line(clone: Clone, patch: str, line: str) -> None:
+    if 'Denied' in line:
+        clone.venv.mkdir()
+    script = clone.root / 'scripts' / 'train.py'
     code = f"""
-import runpy, sys
-sys.version_info = (3, 9, 0)
-sys.path.insert(0, {str(clone.root / 'scripts')!r})
-runpy.run_path({str(clone.root / 'scripts' / 'train.py')!r}, run_name='__main__')
+import os, pathlib, runpy, sys
+def refuse(path):
+    raise PermissionError(13, 'Denied', 'x')
+{patch}
+sys.path.insert(0, {str(script.parent)!r})
+runpy.run_path({str(script)!r}, run_name='__main__')
 """
-    done = subprocess.run(
-        [sys.executable, '-c', code], capture_output=True, text=True, check=False
-    )
+    done = subprocess.run([own_base(), '-c', code], capture_output=True, text=True, check=False)
 
     assert done.returncode == 1
-    assert re.fullmatch(r'goalreach needs Python 3.10 or newer, .*\n', done.stderr)
+    assert re.fullmatch(line + r'\n', done.stderr)
+
+
+@needs_venv
+def test_a_path_with_special_characters_is_no_obstacle(tmp_path: Path) -> None:
+    root = tmp_path / 'a $HOME; "b"'
+    root.mkdir()
+
+    assert Clone(root).run().status == 0
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,13 @@ def main(arguments: list[str]) -> int:
         names = ' '.join(missing).replace('_', '-')
         say(f'this environment lacks {names}: install the extra `dev` (CONTRIBUTING.md).')
         return 1
+    try:
+        return _run(options)
+    except KeyboardInterrupt:
+        return 130
+
+
+def _run(options: argparse.Namespace) -> int:
     results: list[tuple[str, bool, float, str]] = []
     with tempfile.TemporaryDirectory(prefix='goalreach-') as scratch:
         for name, check in _steps(options, Path(scratch)):

@@ -74,7 +74,7 @@ class Clone:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self.wheels = root.parent / f'{root.name}-wheels'
+        self.wheels = root.parent / 'wheels'
         self.venv = root / '.venv'
         self.lock = root / 'requirements.lock'
         (root / 'requirements-dev.lock').touch()
