@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import http.client
 import math
 import os
-from pathlib import Path
 import re
 import signal
 import subprocess
@@ -21,6 +20,7 @@ from rclpy.qos import QoSProfile
 from browser import require_browser
 from goalreach_dashboard.views.svg import degrees, metres
 from goalreach_lab.rigs.chromium import Page, open_page
+from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.estimate_messages import estimate_from_msg
 import graphs
@@ -251,7 +251,8 @@ def test_nothing_left_the_machine_and_nothing_went_wrong(page: Page) -> None:
 
 
 def test_a_killed_node_turns_red(run: Run, page: Page) -> None:
-    victim = next(pid for pid in _children(run.process.pid) if 'state_estimator' in _command(pid))
+    victim = find_descendant(run.process.pid, 'state_estimator')
+    assert victim is not None
     os.kill(victim, signal.SIGKILL)
     red = page.until(
         lambda: 'down' in page.find('node-state_estimator').get_attribute('class').split()
@@ -259,11 +260,3 @@ def test_a_killed_node_turns_red(run: Run, page: Page) -> None:
     assert red
     assert 'silent' in page.text('status')
     assert page.until(lambda: page.text('status') == 'driving', 30.0)
-
-
-def _children(pid: int) -> list[int]:
-    return [int(child) for child in Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
-
-
-def _command(pid: int) -> str:
-    return Path(f'/proc/{pid}/cmdline').read_text()

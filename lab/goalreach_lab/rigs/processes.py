@@ -168,7 +168,7 @@ def holdings_of(pid: int) -> Holdings | None:
 
 def _role(name: str, words: Sequence[str]) -> str:
     """Return the node or the command that a process runs, or else what part of a run it is."""
-    for node in (*NODES, 'composed', 'spare'):
+    for node in (*NODES, 'composed', *_COMMANDS):
         if name[:_NAME_LENGTH] == node[:_NAME_LENGTH]:
             return node
     for helper in ('forkserver', 'resource_tracker'):

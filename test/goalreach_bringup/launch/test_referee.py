@@ -123,7 +123,7 @@ def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> N
     assert result.outcome == 'bump'
     assert result.length_m == pytest.approx(0.1)
     assert result.duration_s == pytest.approx(1e-9)
-    assert referee.unheard == [0]
+    assert referee.unjudged == [0]
     assert (referee.progress.path, referee.waits) == (2, False)
 
 
@@ -131,7 +131,7 @@ def test_a_path_of_which_no_tick_was_heard_is_counted() -> None:
     referee = Referee([START], REGIONS)
     assert not referee.add_outcome(3, 0, PathOutcome.GOAL)
     assert not referee.settle()
-    assert (referee.unheard, referee.progress.path) == ([0], 1)
+    assert (referee.unjudged, referee.progress.path) == ([0], 1)
 
 
 def test_an_outcome_that_comes_twice_counts_once() -> None:

@@ -43,7 +43,7 @@ def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> N
             assert serve_until(lambda: run.poll() is not None, 60.0)
             output, _ = run.communicate()
     assert run.returncode == 0, output
-    assert f'{node}: error: was ended by SIGKILL; starting it again' in output
+    assert f'{node}: error: was ended by SIGKILL; restarting it' in output
     assert '1 of 1 paths reached the goal' in output
     stamps = [stamp_from_msg(message.header.stamp) for message in truth]
     assert stamps == sorted(stamps)

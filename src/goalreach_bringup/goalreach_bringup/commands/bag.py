@@ -105,10 +105,10 @@ def _export(options: ExportOptions) -> int:
 
 
 def _reference(options: ReferenceOptions) -> int:
+    from goalreach_bringup.commands import run
     from goalreach_bringup.launch.options import RunOptions, parse_start
-    from goalreach_bringup.launch.ros.session import RunSession
 
-    run = RunOptions(
+    options_of_run = RunOptions(
         seed=options.seed,
         clock='lockstep',
         quiet=True,
@@ -117,7 +117,7 @@ def _reference(options: ReferenceOptions) -> int:
         record=options.bag,
         composed=options.composed,
     )
-    return RunSession(run).execute()
+    return run.execute(options_of_run)
 
 
 def _compare(options: CompareOptions) -> int:

@@ -13,6 +13,7 @@ import tempfile
 import time
 from typing import IO, Final
 
+from goalreach_bringup.launch.child_process import IMPORT_ENVIRONMENT
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.node import LAUNCHER_PID
@@ -21,23 +22,21 @@ from goalreach_msgs_py.ros.node import LAUNCHER_PID
 def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str, str]:
     """Return the environment of the graph's processes.
 
-    A Fast DDS profile that the person has set already is kept.
+    A Fast DDS profile and a number of threads that are set already are kept.
 
     Args:
         base: The environment to start from.
         log_directory: Where ROS writes its own logs.
     """
-    environment = dict(base)
-    environment.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
-    environment['ROS_PYTHON_CHECK_FIELDS'] = '1'
-    environment['ROS_LOG_DIR'] = str(log_directory)
-    environment['RCUTILS_LOGGING_USE_STDOUT'] = '0'
-    environment['RCUTILS_COLORIZED_OUTPUT'] = '0'
-    environment['PYTHONUNBUFFERED'] = '1'
-    for name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
-        environment.setdefault(name, '1')
-    environment[LAUNCHER_PID] = str(os.getpid())
-    return environment
+    return {
+        'FASTRTPS_DEFAULT_PROFILES_FILE': fast_dds_profile(),
+        **IMPORT_ENVIRONMENT,
+        **base,
+        'ROS_LOG_DIR': str(log_directory),
+        'RCUTILS_LOGGING_USE_STDOUT': '0',
+        'RCUTILS_COLORIZED_OUTPUT': '0',
+        LAUNCHER_PID: str(os.getpid()),
+    }
 
 
 def make_run_directory() -> Path:

@@ -45,7 +45,7 @@ class Referee:
 
     Attributes:
         last_ns: Stamp of the last tick.
-        unheard: Numbers of the paths that ended and could not be judged.
+        unjudged: Numbers of the paths that ended and could not be judged.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Referee:
         self._ticks = TickLog()
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
         self.last_ns = 0
-        self.unheard: list[int] = []
+        self.unjudged: list[int] = []
         self._truth: Pose2 | None = None
 
     @property
@@ -110,9 +110,9 @@ class Referee:
             truth = ticks[-1].truth if ticks else self._truth
             skipped = range(self._path, path)
             self._path = path
-            self.unheard.extend(skipped)
+            self.unjudged.extend(skipped)
             if truth is None:
-                self.unheard.append(path)
+                self.unjudged.append(path)
             else:
                 results.append(
                     self._close(self._of_last_placing(ticks) if skipped else ticks, truth, outcome)

@@ -1,40 +1,57 @@
-"""What a run shows on the screen."""
+"""What a run prints: log messages, a line per path, and a table at the end."""
 
 from __future__ import annotations
 
+import logging
 import math
+from typing import Final
 
 from rich.console import Console
 
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.terminal import show_paths_table
 
+_LOGGER: Final = 'goalreach_bringup'
+_LOG: Final = logging.getLogger(__name__)
 
-class RunReport:
-    """One line per event while it runs, a table at the end; plain text off a terminal.
+
+class RunReport(logging.Handler):
+    """Prints one line per event and a table at the end; plain text unless on a terminal.
+
+    As a context manager it prints what the modules of the launcher log: warnings and errors to
+    stderr, everything else to stdout.
 
     Args:
-        quiet: Whether to show errors only.
+        quiet: Whether to print warnings and errors only.
         total: Number of paths to come, 0 where there is no end.
     """
 
     def __init__(self, *, quiet: bool, total: int) -> None:
-        """Take the terminal as it is."""
+        super().__init__()
         self._out = Console(highlight=False, soft_wrap=True, quiet=quiet)
         self._err = Console(highlight=False, soft_wrap=True, stderr=True)
         self._total = total
         self._done = 0
 
-    def say(self, line: str) -> None:
-        """Show one line of progress."""
-        self._out.print(line, markup=False)
+    def __enter__(self) -> RunReport:  # noqa: PYI034 - Self is newer than 3.10
+        logger = logging.getLogger(_LOGGER)
+        logger.addHandler(self)
+        logger.setLevel(logging.INFO)
+        return self
 
-    def warn(self, line: str) -> None:
-        """Show one line of trouble, quiet or not, on stderr."""
-        self._err.print(line, markup=False, style='bold red' if 'error' in line else 'yellow')
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger(_LOGGER).removeHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print a log message."""
+        if record.levelno < logging.WARNING:
+            self._out.print(record.getMessage(), markup=False)
+        else:
+            style = 'yellow' if record.levelno == logging.WARNING else 'bold red'
+            self._err.print(record.getMessage(), markup=False, style=style)
 
     def path(self, result: PathResult) -> None:
-        """Show one finished path."""
+        """Print the result of a path."""
         self._done += 1
         start = result.start
         self._out.print(
@@ -45,17 +62,17 @@ class RunReport:
             style=None if result.outcome == 'goal' else 'bold red',
         )
 
-    def unheard(self) -> None:
-        """Show that a path ended without being judged."""
+    def unjudged(self) -> None:
+        """Print that a path ended without being judged."""
         self._done += 1
-        self.warn(f'path {self._number:>7}  its end was not heard: not judged')
+        _LOG.warning('path %7s  its end was not received: not judged', self._number)
 
     @property
     def _number(self) -> str:
         return f'{self._done}/{self._total}' if self._total else str(self._done)
 
     def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
-        """Show the table at the end of a run."""
+        """Print the table at the end of a run."""
         show_paths_table(
             tally,
             mode=mode,

@@ -93,6 +93,6 @@ def test_it_listens_to_ends_once_it_hears_ticks_and_judges_what_it_hears(
         transitions.publish(transition_to_msg(end_of_path(path), 40))
         assert serve_until(lambda: served(listening=1) and bool(results), 10.0)
     assert [result.outcome for result in results] == ['goal']
-    assert monitor.unheard == path
+    assert monitor.unjudged == path
     executor.shutdown()
     monitor.destroy_node()

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMsg
+import psutil
 import pytest
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -24,10 +25,12 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
+from goalreach_lab.rigs.processes import descendants_of, find_descendant
 from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.estimate_messages import state_from_msg
 from goalreach_msgs_py.ros.learning_messages import transition_from_msg
 from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS
+from goalreach_msgs_py.topics import NODES
 from goalreach_msgs_py.values import PathOutcome
 import graphs
 
@@ -184,21 +187,16 @@ def test_ends_cleanly_when_asked(tmp_path: Path, number: signal.Signals) -> None
         graphs.collect(node, TwistStamped, '/cmd_vel', RELIABLE_QOS, commands)
         with graphs.goalreach(['run'], domain=domain, home=tmp_path) as stack:
             assert serve_until(lambda: len(commands) > 10, 30.0), stack.communicate()[0]
-            children = child_processes(stack.pid)
-            assert len(children) in {4, 5}  # the nodes, and the spare once there is time for it
+            assert all(find_descendant(stack.pid, name) for name in NODES)
+            processes = descendants_of(stack.pid)
             stack.send_signal(number)
             output, _ = stack.communicate(timeout=10.0)
             assert stack.returncode == 0, output
-    assert not [pid for pid in children if Path(f'/proc/{pid}').exists()]
+        assert serve_until(lambda: not any(map(psutil.pid_exists, processes)), 2.0)
     assert graphs.left_in_shared_memory(domain) <= before
-    for name in ('nomad200', 'landmark_localizer', 'state_estimator', 'goal_reaching_controller'):
+    for name in NODES:
         assert f'{name} is up' in output
     assert 'error' not in output
-
-
-def child_processes(pid: int) -> list[int]:
-    found = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
-    return [int(child) for child in found]
 
 
 def test_no_node_survives_a_launcher_that_is_killed(tmp_path: Path) -> None:
@@ -210,12 +208,9 @@ def test_no_node_survives_a_launcher_that_is_killed(tmp_path: Path) -> None:
         commands: list[TwistStamped] = []
         graphs.collect(node, TwistStamped, '/cmd_vel', RELIABLE_QOS, commands)
         assert serve_until(lambda: len(commands) > 5, 30.0), stack.communicate()[0]
-        children = child_processes(stack.pid)
+        processes = descendants_of(stack.pid)
         stack.kill()
-        gone = serve_until(
-            lambda: not any(Path(f'/proc/{pid}').exists() for pid in children), 10.0
-        )
-        assert gone
+        assert serve_until(lambda: not any(map(psutil.pid_exists, processes)), 10.0)
 
 
 @pytest.mark.parametrize(

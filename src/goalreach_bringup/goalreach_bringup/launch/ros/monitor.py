@@ -103,9 +103,9 @@ class RunMonitor(Node):
         return replace(progress, last_ns=stamp_ns, truth=_truth(raw))
 
     @property
-    def unheard(self) -> int:
+    def unjudged(self) -> int:
         """How many paths ended and could not be judged."""
-        return len(self._referee.unheard)
+        return len(self._referee.unjudged)
 
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:

@@ -1,18 +1,28 @@
-"""One run of the graph, from what a person asked to what comes of it."""
+"""One run of the graph, from its options to its result."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+import logging
+import os
 from pathlib import Path
 import time
-from typing import Any
+from typing import Any, Final
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_bags.writer import require_new_bag
-from goalreach_bringup.launch.child_process import PageProcess, RecorderProcess, is_page_wanted
-from goalreach_bringup.launch.environment import domain_lock, make_run_directory
+from goalreach_bringup.launch.auxiliary_processes import (
+    PageProcess,
+    RecorderProcess,
+    is_page_wanted,
+)
+from goalreach_bringup.launch.environment import (
+    domain_lock,
+    graph_environment,
+    make_run_directory,
+)
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
@@ -31,12 +41,14 @@ from goalreach_msgs_py.ros.dds_profile import open_to_network
 from goalreach_msgs_py.ros.node import StopRequest
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
 
+_LOG: Final = logging.getLogger(__name__)
+
 
 class RunSession:
-    """Prepares, drives, takes down, and tells.
+    """Runs one session: setup, drive, teardown, report.
 
     Args:
-        options: What the person asked.
+        options: Options of the run.
 
     Raises:
         GoalreachError: An option does not fit.
@@ -50,14 +62,14 @@ class RunSession:
         self._starts = choose_starts(options, self._arena, self._seeds)
         self._results: list[PathResult] = []
         self._tally = PathTally()
-        self._unheard = 0
+        self._unjudged = 0
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
         self._page: PageProcess | None = None
         self._sim_time_s = 0.0
 
     def execute(self) -> int:
-        """Run; return 0 where all that was asked for happened, 1 where a path failed.
+        """Run; return 0 where every requested path reached the goal, else 1.
 
         Raises:
             GoalreachError: A file or a parameter is refused, or a node died.
@@ -74,32 +86,40 @@ class RunSession:
             trials = int(user.get(CONTROLLER, {}).get('learning.trials', 0))
             self._learning = LearningRun.begin(policy_path, self._arena, trials=trials)
         self._report = RunReport(quiet=options.quiet, total=self._total_paths())
-        policy = self._policy(policy_path)
-        if self._learning is not None and not self._total_paths():
+        with self._report:
+            policy = self._policy(policy_path)
+            if self._learning is not None and not self._total_paths():
+                return self._status(policy_path)
+            parameters = plan_parameters(
+                options,
+                arena=self._arena,
+                starts=self._starts,
+                policy_path=str(policy_path.resolve()),
+                seeds=self._seeds,
+                user=user,
+                learning=self._learning,
+            )
+            self._drive_and_report(directory, policy, parameters)
             return self._status(policy_path)
-        parameters = plan_parameters(
-            options,
-            arena=self._arena,
-            starts=self._starts,
-            policy_path=str(policy_path.resolve()),
-            seeds=self._seeds,
-            user=user,
-            learning=self._learning,
-        )
+
+    def _drive_and_report(
+        self, directory: Path, policy: Policy, parameters: NodeParameters
+    ) -> None:
+        options, clock = self._options, str(parameters[ROBOT]['clock'])
         if options.network:
-            self._report.warn(open_to_network())
-        self._report.say(f'logs, policy and parameters: {directory}')
+            _LOG.warning(open_to_network())
+        _LOG.info('logs, policy and parameters: %s', directory)
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
-        if is_page_wanted(asked=options.dashboard, clock=str(parameters[ROBOT]['clock'])):
+        if is_page_wanted(requested=options.dashboard, clock=clock):
             self._page = PageProcess(options.arena)
-        self._recorder = self._make_recorder(directory, str(parameters[ROBOT]['clock']))
+        if options.record is not None:
+            self._recorder = RecorderProcess(options.record, storage=options.storage, clock=clock)
         with domain_lock():
             try:
                 self._drive(directory, policy, parameters)
             finally:
-                self._tell(parameters, mode, time.monotonic() - began_s)
-        return self._status(policy_path)
+                self._summarise(parameters, mode, time.monotonic() - began_s)
 
     def _total_paths(self) -> int:
         """Return how many paths are to be driven in this run, 0 where there is no end."""
@@ -109,38 +129,34 @@ class RunSession:
 
     def _policy(self, path: Path) -> Policy:
         if self._learning is not None:
-            self._report.say(self._learning.announcement(len(self._starts)))
+            _LOG.info(self._learning.announcement(len(self._starts)))
             return self._learning.policy
         began_s = time.monotonic()
         policy = choose_policy(self._options.policy, self._arena, self._seeds.training)
         if self._options.policy is None:
             write_policy(path, policy)
-            self._report.say(
-                f'learned a policy: {policy.learning["trials"]} trials of '
-                f'{len(self._arena.starts)} paths in {time.monotonic() - began_s:.2f} s'
+            _LOG.info(
+                'learned a policy: %d trials of %d paths in %.2f s',
+                policy.learning['trials'],
+                len(self._arena.starts),
+                time.monotonic() - began_s,
             )
         return policy
 
     def _drive(self, directory: Path, policy: Policy, parameters: NodeParameters) -> None:
         """Bring the graph up and follow it to its end."""
-        lockstep = parameters[ROBOT]['clock'] == 'lockstep'
+        environment = graph_environment(os.environ, directory)
+        os.environ.update(environment)
         graph = Graph(
             parameters=parameters,
             directory=directory,
+            environment=environment,
             composed=self._options.composed,
             remaps=self._options.remaps,
-            resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
-            tell=self._report.say,
-            warn=self._report.warn,
         )
         stop = StopRequest()
-        graph.start()
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
-            if self._recorder is not None:
-                self._recorder.start(directory, self._report.warn)
-            if self._page is not None:
-                self._page.start(directory, tell=self._report.say, warn=self._report.warn)
-            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
             monitor = RunMonitor(
                 starts=self._starts,
                 policy=policy,
@@ -149,48 +165,48 @@ class RunSession:
                 first_path=self._learning.first_path if self._learning else 0,
                 remaps=self._options.remaps,
             )
-            graph.follow(monitor, lambda: stop.requested or self._is_over(monitor))
+            graph.start()
+            if self._recorder is not None:
+                self._recorder.start(directory, environment, graph.parameters_path)
+            if self._page is not None:
+                self._page.start(directory, environment)
+            lockstep = parameters[ROBOT]['clock'] == 'lockstep'
+            graph.follow(
+                monitor,
+                finished=lambda: stop.requested or self._is_over(monitor),
+                resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
+            )
         finally:
             rclpy.try_shutdown()
             if self._recorder is not None:
-                self._report.say(self._recorder.stop())
+                _LOG.info(self._recorder.stop())
             graph.stop()
             if self._page is not None:
                 self._page.stop()
 
-    def _make_recorder(self, directory: Path, clock: str) -> RecorderProcess | None:
-        if self._options.record is None:
-            return None
-        return RecorderProcess(
-            self._options.record,
-            storage=self._options.storage,
-            clock=clock,
-            parameters=directory / 'parameters.yaml',
-        )
-
     def _is_over(self, monitor: RunMonitor) -> bool:
         self._sim_time_s = monitor.progress.last_ns * 1e-9
-        while self._unheard < monitor.unheard:
-            self._unheard += 1
-            self._report.unheard()
+        while self._unjudged < monitor.unjudged:
+            self._unjudged += 1
+            self._report.unjudged()
         if self._page is not None:
-            self._page.look()
+            self._page.poll()
         if self._recorder is not None:
-            self._recorder.require_started(began=monitor.progress.last_ns > 0)
+            self._recorder.poll(began=monitor.progress.last_ns > 0)
         return self._complete()
 
     def _complete(self) -> bool:
         total = self._total_paths()
-        return bool(total) and self._tally.paths + self._unheard >= total
+        return bool(total) and self._tally.paths + self._unjudged >= total
 
     def _on_path(self, result: PathResult) -> None:
-        """Count and tell a result; keep it only for a summary, or days would add up."""
+        """Count and print a result; keep it only for a summary: a run may last for days."""
         self._tally.add(result)
         if self._options.summary:
             self._results.append(result)
         self._report.path(result)
 
-    def _tell(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
+    def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
         sim_time_s = self._sim_time_s
         self._report.table(self._tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
         if self._options.summary:
@@ -208,7 +224,7 @@ class RunSession:
 
     def _status(self, policy_path: Path) -> int:
         if self._learning is not None:
-            self._report.say(LearningRun.verdict(policy_path, self._arena))
+            _LOG.info(LearningRun.verdict(policy_path, self._arena))
             return 0
         if self._recorder is not None and self._recorder.failed:
             return 1

@@ -1,13 +1,12 @@
-"""Brings the graph up, watches over it, and takes it down."""
+"""Starts the processes of the graph, restarts those that fail, and stops them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-import os
+import logging
 from pathlib import Path
 import signal
-import sys
 import time
 from typing import Any, Final
 
@@ -17,24 +16,25 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
 
-from goalreach_bringup.launch.child_process import NodeProcess, Spare, stop_all
-from goalreach_bringup.launch.environment import graph_environment, remove_abandoned
+from goalreach_bringup.launch.child_process import ChildProcess, stop_all
+from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
 from goalreach_msgs_py.ros.node import GarbageRounds
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 
+_LOG: Final = logging.getLogger(__name__)
 _PERIOD_S = 1.0
 _START_S = 20.0
 
 
-class Pulse:
-    """Asks a node for a parameter every second and notes when it last answered.
+class LivenessProbe:
+    """Requests a parameter of a node every second and notes when it last answered.
 
     Args:
-        watcher: The node that asks.
-        name: The node that is asked.
+        watcher: The node that sends the requests.
+        name: The node that is probed.
         limit_s: Silence after which it counts as hung, once it has answered.
     """
 
@@ -42,28 +42,28 @@ class Pulse:
         """Make the client."""
         self.limit_s = limit_s
         self._client = AsyncParameterClient(watcher, name)
-        self._asked_s: float | None = None
+        self._requested_s: float | None = None
         self._pending: list[Any] = []
         self._heard_s: float | None = None
         self._began_s: float | None = None
 
     def restart(self, now_s: float) -> None:
-        """Forget the past: the node is being started anew."""
-        self._began_s, self._heard_s, self._asked_s = now_s, None, None
+        """Forget earlier answers: the node is being restarted."""
+        self._began_s, self._heard_s, self._requested_s = now_s, None, None
         self._pending.clear()
 
     def silent(self, now_s: float) -> bool:
-        """Ask again where it is time; return whether the node has been silent for too long."""
+        """Send a request where one is due; return whether the node has been silent too long."""
         if self._began_s is None:
             self._began_s = now_s
         if any(call.done() for call in self._pending):
             self._heard_s = now_s
             self._pending.clear()
-        due = self._asked_s is None or now_s - self._asked_s >= _PERIOD_S
+        due = self._requested_s is None or now_s - self._requested_s >= _PERIOD_S
         if due and self._client.services_are_ready():
-            # A call can be lost with the process that it went to: never wait for one alone.
+            # A request can be lost with the process that it went to: never wait for one alone.
             self._pending.append(self._client.get_parameters(['use_sim_time']))
-            self._asked_s = now_s
+            self._requested_s = now_s
         if self._heard_s is None:
             return now_s - self._began_s > _START_S
         return now_s - self._heard_s > self.limit_s
@@ -71,13 +71,13 @@ class Pulse:
 
 @dataclass
 class Backoff:
-    """Counts the deaths of one process and spaces its restarts out.
+    """Counts the deaths of one process and delays its restarts.
 
     Attributes:
-        first_delay_s: Wait before the second restart, after none before the first; each further
-            one waits twice as long.
-        limit: Deaths within the window after which it is given up.
-        window_s: Deaths longer ago than this are forgiven.
+        first_delay_s: Delay of the second restart; the first has none, each further one twice
+            that of the one before.
+        limit: Deaths within the window after which there is no further restart.
+        window_s: Deaths longer ago than this do not count.
     """
 
     first_delay_s: float = 0.2
@@ -86,7 +86,7 @@ class Backoff:
     _deaths_s: list[float] = field(default_factory=list)
 
     def died(self, now_s: float) -> float | None:
-        """Note a death; return how long to wait before the restart, or None to give up.
+        """Count a death; return how long to wait before the restart, or None for no restart.
 
         Args:
             now_s: Time of the death on any steady clock, seconds.
@@ -104,7 +104,7 @@ _MODULES: Final = {
     ESTIMATOR: 'goalreach_perception.state_estimator_node',
     CONTROLLER: 'goalreach_learning.goal_reaching_controller_node',
 }
-_COMPOSED: Final = {'composed': 'goalreach_bringup.launch.ros.composed'}
+_COMPOSED: Final = {'composed': 'goalreach_bringup.launch.ros.nodes'}
 _SPIN_S = 0.05
 _BAD_CONFIGURATION = 2
 
@@ -118,17 +118,15 @@ class NodeDiedError(GoalreachError):
 class Graph:
     """The processes of a running graph.
 
-    A process that dies or no longer answers is named, ended and started again, where it left
-    off, after a wait that doubles with each death; one that keeps dying ends the run.
+    A process that dies or no longer answers is reported, ended and restarted from where the run
+    is, after a delay that doubles with each death; one that keeps dying ends the run.
 
     Args:
         parameters: Parameters of every node.
-        directory: Where parameter files and logs go.
+        directory: Directory for parameter files and logs.
+        environment: Environment of the processes.
         composed: Whether all nodes share one process.
         remaps: Remapping rules for every node.
-        resume: Gives the parameters that make a restarted process go on, by node.
-        tell: Called with one line for the screen when a node is up.
-        warn: Called with one line of trouble.
     """
 
     def __init__(
@@ -136,73 +134,66 @@ class Graph:
         *,
         parameters: NodeParameters,
         directory: Path,
+        environment: Mapping[str, str],
         composed: bool,
         remaps: Sequence[str] = (),
-        resume: Callable[[], Mapping[str, dict[str, Any]]],
-        tell: Callable[[str], None],
-        warn: Callable[[str], None],
     ) -> None:
         """Prepare; nothing is started yet."""
         self._parameters = parameters
         self._directory = directory
+        self._environment = environment
         self._modules = _COMPOSED if composed else _MODULES
         self._remaps = [word for rule in remaps for word in ('--remap', rule)]
-        self._resume = resume
-        self._tell = tell
-        self._warn = warn
-        self._environment: dict[str, str] = {}
-        self._processes: dict[str, NodeProcess] = {}
+        self._processes: dict[str, ChildProcess] = {}
         self._backoffs = {name: Backoff() for name in self._modules}
         self._restart_at_s: dict[str, float] = {}
         self._missing = set(NODES)
-        self._started_s = 0.0
+        self.parameters_path = directory / 'parameters.yaml'
+        self._started_s = time.monotonic()
 
     def start(self) -> None:
-        """Start the processes and give this process the same ROS environment."""
-        self._environment = graph_environment(os.environ, self._directory)
-        os.environ.update(self._environment)
+        """Start the processes."""
         remove_abandoned()
-        self._started_s = time.monotonic()
-        write_parameters(self._directory / 'parameters.yaml', self._parameters)
-        self._spare = Spare(
-            environment=self._environment,
-            log_path=self._directory / 'spare.log',
-            tell=self._warn,
-        )
+        write_parameters(self.parameters_path, self._parameters)
         for name in self._modules:
-            self._launch(name, self._directory / 'parameters.yaml')
+            self._launch(name, self.parameters_path)
 
     def _launch(self, name: str, parameters_path: Path) -> None:
-        arguments = ['--ros-args', '--params-file', str(parameters_path), *self._remaps]
-        log_path = self._directory / f'{name}.log'
-        process = self._spare.take(name, arguments, log_path)
-        self._processes[name] = process or NodeProcess(
+        self._processes[name] = ChildProcess(
             name,
-            [sys.executable, '-m', self._modules[name], *arguments],
+            self._modules[name],
+            ['--ros-args', '--params-file', str(parameters_path), *self._remaps],
             environment=self._environment,
-            log_path=log_path,
-            tell=self._warn,
+            log_path=self._directory / f'{name}.log',
         )
-        self._spare.wait(time.monotonic())
 
-    def follow(self, monitor: RunMonitor, finished: Callable[[], bool]) -> None:
-        """Serve the monitor and watch over the processes until the work is finished.
+    def follow(
+        self,
+        monitor: RunMonitor,
+        finished: Callable[[], bool],
+        resume: Callable[[], Mapping[str, dict[str, Any]]],
+    ) -> None:
+        """Serve the monitor and supervise the processes until the work is finished.
+
+        Args:
+            monitor: The launcher's own node.
+            finished: Returns whether the work is finished.
+            resume: Returns the parameters that make a restarted process continue, by node.
 
         Raises:
             NodeDiedError: A process could not be kept alive.
         """
-        pulses = {name: Pulse(monitor, self._node_of(name)) for name in self._modules}
+        probes = {name: LivenessProbe(monitor, self._node_of(name)) for name in self._modules}
         executor = EventsExecutor()
         executor.add_node(monitor)
         garbage = GarbageRounds(time.monotonic())
         try:
             while rclpy.ok() and not finished():
                 now_s = self._serve(executor)
-                self._note_arrivals(monitor, now_s)
-                self._spare.look(now_s)
+                self._report_arrivals(monitor, now_s)
                 garbage.look(now_s)
-                for name, pulse in pulses.items():
-                    self._watch(name, pulse, now_s)
+                for name, probe in probes.items():
+                    self._supervise(name, probe, now_s, resume)
         finally:
             executor.shutdown()
 
@@ -210,8 +201,8 @@ class Graph:
     def _serve(executor: Executor) -> float:
         """Serve the monitor for a while; return the time now.
 
-        In lockstep thousands of messages come in a second: to look after the processes at each
-        would leave too little time to hear them all.
+        In lockstep thousands of messages arrive per second: checking the processes after each
+        would leave too little time to receive them all.
         """
         end_s = (now_s := time.monotonic()) + _SPIN_S
         while now_s < end_s:
@@ -224,29 +215,36 @@ class Graph:
         """Return the node whose answer stands for a process."""
         return process if process in NODES else ROBOT
 
-    def _note_arrivals(self, monitor: RunMonitor, now_s: float) -> None:
+    def _report_arrivals(self, monitor: RunMonitor, now_s: float) -> None:
         if not self._missing:
             return
         for name in sorted(self._missing.intersection(monitor.get_node_names())):
             self._missing.discard(name)
-            self._tell(f'{name} is up ({now_s - self._started_s:.1f} s)')
-            self._spare.wait(now_s)
+            _LOG.info('%s is up (%.1f s)', name, now_s - self._started_s)
 
-    def _watch(self, name: str, pulse: Pulse, now_s: float) -> None:
+    def _supervise(
+        self,
+        name: str,
+        probe: LivenessProbe,
+        now_s: float,
+        resume: Callable[[], Mapping[str, dict[str, Any]]],
+    ) -> None:
         if name in self._restart_at_s:
             if now_s >= self._restart_at_s[name]:
                 del self._restart_at_s[name]
-                self._restart(name, pulse)
+                self._restart(name, resume())
+                probe.restart(time.monotonic())
             return
         process = self._processes[name]
-        if process.status is not None:
-            if process.status == _BAD_CONFIGURATION:
-                raise NodeDiedError(process.last_words())
-            self._lost(name, process.obituary(), now_s)
-        elif pulse.silent(now_s):
+        process.read_log()
+        if process.exit_status is not None:
+            if process.exit_status == _BAD_CONFIGURATION:
+                raise NodeDiedError(process.last_log_line())
+            self._lost(name, process.exit_summary(), now_s)
+        elif probe.silent(now_s):
             process.signal(signal.SIGKILL)
             process.wait(1.0)
-            self._lost(name, f'did not answer for {pulse.limit_s:.0f} s and was ended', now_s)
+            self._lost(name, f'did not answer for {probe.limit_s:.0f} s and was ended', now_s)
 
     def _lost(self, name: str, reason: str, now_s: float) -> None:
         delay_s = self._backoffs[name].died(now_s)
@@ -254,22 +252,20 @@ class Graph:
         if delay_s is None:
             raise NodeDiedError(f'{line}; it keeps dying (log: {self._processes[name].log_path})')
         when = f'in {delay_s:g} s' if delay_s else 'at once'
-        self._warn(f'{line}; starting it again {when}')
+        _LOG.error('%s; restarting it %s', line, when)
         self._restart_at_s[name] = now_s + delay_s
 
-    def _restart(self, name: str, pulse: Pulse) -> None:
-        changes = self._resume()
+    def _restart(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
         nodes = [name] if name in NODES else list(NODES)
         parameters = {node: {**self._parameters[node], **changes.get(node, {})} for node in nodes}
-        path = self._directory / f'{name}-again.yaml'
+        path = self._directory / f'{name}-restart.yaml'
         write_parameters(path, parameters)
         remove_abandoned()
         self._launch(name, path)
-        pulse.restart(time.monotonic())
 
     def stop(self) -> None:
         """End all processes."""
-        for name in stop_all([*self._processes.values(), *self._spare.processes()]):
-            self._warn(f'{name}: error: did not end by itself and was killed')
+        for name in stop_all(list(self._processes.values())):
+            _LOG.error('%s: error: did not end by itself and was killed', name)
         self._processes.clear()
         remove_abandoned()

@@ -1,0 +1,166 @@
+"""Processes beside the graph of a run: the live page and the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+import logging
+from pathlib import Path
+import re
+import secrets
+import signal
+import sys
+from typing import Final
+
+from goalreach_bringup.launch.child_process import ChildProcess, stop_all
+from goalreach_dashboard.address import TOKEN_VARIABLE
+from goalreach_msgs_py.errors import GoalreachError
+
+_LOG: Final = logging.getLogger(__name__)
+_COMMAND_LINE: Final = 'goalreach_bringup.cli'
+_PAGE_LINE: Final = re.compile(r'^live page: (http://\S+)$')
+
+
+def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
+    """Return whether a run shows its page.
+
+    Unless an option says so, it does where the run is for a person: on a terminal, in real time,
+    with the web library installed.
+
+    Args:
+        requested: Value of the option, or None.
+        clock: The run's clock.
+
+    Raises:
+        GoalreachError: It was requested, and the web library is missing.
+    """
+    installed = find_spec('nicegui') is not None
+    if requested and not installed:
+        reason = 'needs nicegui: install the extra, pip install "goalreach[dashboard]"'
+        raise GoalreachError(f'--dashboard {reason}')
+    if requested is not None:
+        return requested
+    return installed and clock == 'realtime' and sys.stdout.isatty()
+
+
+class PageProcess:
+    """Runs `goalreach dashboard` for a run and reports its URL.
+
+    Anyone with the reported URL may steer: it holds a token that is nowhere else.
+
+    Args:
+        arena: Name or file of the arena.
+    """
+
+    def __init__(self, arena: str) -> None:
+        self._arena = arena
+        self._token = secrets.token_urlsafe(16)
+        self._process: ChildProcess | None = None
+        self._reported = False
+
+    def start(self, directory: Path, environment: Mapping[str, str]) -> None:
+        """Start it.
+
+        Args:
+            directory: Directory of the run, for its log.
+            environment: Environment of the graph.
+        """
+        self._process = ChildProcess(
+            'dashboard',
+            _COMMAND_LINE,
+            ['dashboard', '--controls', '--arena', self._arena],
+            environment={**environment, TOKEN_VARIABLE: self._token},
+            log_path=directory / 'dashboard.log',
+        )
+
+    def poll(self) -> None:
+        """Report its URL once it has one, or that it ended; the run continues without it."""
+        if self._process is None or self._reported:
+            return
+        for line in self._process.read_log():
+            if found := _PAGE_LINE.match(line):
+                self._reported = True
+                _LOG.info('live page: %s?token=%s', found[1], self._token)
+        if self._process.exit_status is not None:
+            self._reported = True
+            _LOG.error('dashboard: error: %s', self._process.last_log_line())
+
+    def stop(self) -> None:
+        """End it."""
+        if self._process is not None:
+            stop_all([self._process])
+
+
+_DRAIN_S: Final = 30.0
+"""Longest wait for a bag to be closed: the recorder flushes messages and writes a summary."""
+
+
+class RecorderProcess:
+    """Runs `goalreach record` for a run.
+
+    Args:
+        path: The bag.
+        storage: Its storage format.
+        clock: The run's clock, 'lockstep' or 'realtime'.
+
+    Attributes:
+        failed: Whether it ended with an error.
+    """
+
+    def __init__(self, path: Path, *, storage: str, clock: str) -> None:
+        self._path = path
+        self._arguments = ['record', str(path), '--storage', storage, '--with-run', clock]
+        self._process: ChildProcess | None = None
+        self._reported = False
+        self.failed = False
+
+    def start(self, directory: Path, environment: Mapping[str, str], parameters: Path) -> None:
+        """Start it.
+
+        Args:
+            directory: Directory of the run, for its log.
+            environment: Environment of the graph.
+            parameters: Parameter file of the run, kept in the bag.
+        """
+        self._process = ChildProcess(
+            'record',
+            _COMMAND_LINE,
+            [*self._arguments, '--parameters', str(parameters)],
+            environment=environment,
+            log_path=directory / 'recorder.log',
+        )
+
+    def poll(self, *, began: bool) -> None:
+        """Check that it runs: a run continues without a recorder, but does not begin without.
+
+        Args:
+            began: Whether the run has begun.
+
+        Raises:
+            GoalreachError: It ended before the run began.
+        """
+        process = self._process
+        if process is None or self._reported:
+            return
+        process.read_log()
+        if process.exit_status is None:
+            return
+        summary = process.exit_summary()
+        if not began:
+            raise GoalreachError(f'the recorder {summary}')
+        self._reported = True
+        _LOG.error('recorder: error: %s', summary)
+
+    def stop(self) -> str:
+        """End it and wait until the bag is closed; return its last log line."""
+        process = self._process
+        if process is None:
+            return ''
+        process.signal(signal.SIGINT)
+        if not process.wait(_DRAIN_S):
+            stop_all([process])
+        status = process.exit_status
+        self.failed = status != 0
+        if status is not None and status < 0:
+            return f'the recorder was killed: goalreach record --repair {self._path}'
+        return process.last_log_line()
