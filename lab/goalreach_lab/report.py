@@ -38,24 +38,13 @@ def goals_met(rows: Iterable[BenchRow]) -> str:
 
 def bench_table(rows: Sequence[BenchRow]) -> str:
     """Return rows as a Markdown table, without the columns that are empty in all of them."""
-    cells = [_cells(row) for row in rows]
+    cells = [
+        (row.name, *_figures(row, f' ({row.reference_name})'), str(row.n), row.note)
+        for row in rows
+    ]
     used = [column for column in range(len(_HEADINGS)) if any(one[column] for one in cells)]
     headings = [_HEADINGS[column] for column in used]
     return table(headings, [[one[column] for column in used] for one in cells])
-
-
-def _cells(row: BenchRow) -> tuple[str, ...]:
-    reference = '' if row.reference is None else f'{row.reference:.3g} ({row.reference_name})'
-    return (
-        row.name,
-        f'{row.ours:.4g} {row.unit}'.strip(),
-        reference,
-        '' if row.ratio is None else f'{row.ratio:.3g}',
-        '' if row.goal is None else str(row.goal),
-        {True: 'yes', False: 'no', None: ''}[row.met],
-        str(row.n),
-        row.note,
-    )
 
 
 def _verdict(row: BenchRow) -> str:
@@ -72,7 +61,13 @@ def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> No
     """Print rows: names and notes over the full width, the figures in columns below each name."""
     out = console or Console(highlight=False)
     head = ('ours', 'reference', 'ratio', 'goal', 'met')
-    figures = [head, *map(_figures, rows)]
+    figures = [
+        head,
+        *(
+            (ours, reference.partition(' ')[0], *rest)
+            for ours, reference, *rest in map(_figures, rows)
+        ),
+    ]
     widths = [max(len(one[column]) for one in figures) for column in range(len(head))]
     indent = 2 * _INDENT
 
@@ -89,10 +84,10 @@ def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> No
             out.print(Text('\n'.join(wrapped), style='dim'))
 
 
-def _figures(row: BenchRow) -> tuple[str, ...]:
+def _figures(row: BenchRow, reference_name: str = '') -> tuple[str, ...]:
     return (
         f'{row.ours:.4g} {row.unit}'.rstrip(),
-        '' if row.reference is None else f'{row.reference:.4g}',
+        '' if row.reference is None else f'{row.reference:.4g}{reference_name}',
         '' if row.ratio is None else f'{row.ratio:.3g}',
         '' if row.goal is None else str(row.goal),
         {True: 'yes', False: 'NO', None: ''}[row.met],

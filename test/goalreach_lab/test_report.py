@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from goalreach_lab.report import show_rows
+from goalreach_lab.report import bench_table, show_rows
 from goalreach_lab.row import BenchRow, Goal
 
 ROWS = (
@@ -64,3 +64,12 @@ def test_notes_are_told_as_they_are() -> None:
 def test_plain_text_where_there_is_no_terminal() -> None:
     assert '\x1b' not in shown(80)
     assert '\x1b' in shown(80, terminal=True)
+
+
+def test_markdown_leaves_empty_columns_out() -> None:
+    assert bench_table(ROWS[1:]).splitlines() == [
+        '| measurement | ours | goal | met | n | note |',
+        '| --- | --- | --- | --- | --- | --- |',
+        '| lost | 3 | <= 0 | NO | 1 | [0, 1] of 20 |',
+    ]
+    assert '| 1.062 (a peer with a long name on our spots) | 0.279 |' in bench_table(ROWS)

@@ -116,14 +116,12 @@ class BatchResult:
     Attributes:
         q_by_trial: Q-values after each trial, (n, trials, 3, 3, 8).
         visits_by_trial: Updates so far after each trial, same shape.
-        success_by_trial: Share of the exploring paths that reached the goal, (n, trials).
         counts: Number of transitions of all phases, (3, 3, 8, 11): by region, action and end,
             which is a region 3 * i + j, `GOAL_END` or `BUMP_END`.
     """
 
     q_by_trial: FloatArray
     visits_by_trial: IntArray
-    success_by_trial: FloatArray
     counts: IntArray
 
 
@@ -140,7 +138,6 @@ class _Learners:
         self.goal = arena.regions.goal
         self.q = np.zeros((n, 3, 3, _ACTIONS))
         self.visits = np.zeros((n, 3, 3, _ACTIONS), dtype=np.int64)
-        self.goals = np.zeros((n, config.trials), dtype=np.int64)
         self.q_by_trial = np.zeros((n, config.trials, 3, 3, _ACTIONS))
         self.visits_by_trial = np.zeros_like(self.q_by_trial, dtype=np.int64)
         self.counts = np.zeros((3, 3, _ACTIONS, _ENDS), dtype=np.int64)
@@ -171,13 +168,12 @@ class _Learners:
             self.i[learners], self.j[learners] = self.batch.regions_at(*point.T)
             self.options[learners] = 0
             done = (self.i[learners] == self.goal[0]) & (self.j[learners] == self.goal[1])
-            learners = self.finish(learners[done], np.ones(int(done.sum()), dtype=np.bool_))
+            learners = self.finish(learners[done])
 
-    def finish(self, learners: IntArray, reached: NDArray[np.bool_]) -> IntArray:
+    def finish(self, learners: IntArray) -> IntArray:
         """Count finished paths, store finished trials, return the learners that are not done."""
         count = len(self.starts_m)
         trial = self.path[learners] // count
-        np.add.at(self.goals, (learners, trial), reached)
         self.path[learners] += 1
         last = self.path[learners] % count == 0
         self.q_by_trial[learners[last], trial[last]] = self.q[learners[last]]
@@ -195,7 +191,7 @@ class _Learners:
         self.i[learners], self.j[learners] = end.i, end.j
         self.options[learners] += 1
         ended = reached | end.bumped | (self.options[learners] >= self.config.max_options)
-        self.place(self.finish(learners[ended], reached[ended]))
+        self.place(self.finish(learners[ended]))
         return learners[self.path[learners] < self.paths]
 
     def choose(self, learners: IntArray, i: IntArray, j: IntArray) -> IntArray:
@@ -247,7 +243,6 @@ def train_batch(
     return BatchResult(
         q_by_trial=learners.q_by_trial,
         visits_by_trial=learners.visits_by_trial,
-        success_by_trial=learners.goals / len(arena.starts),
         counts=learners.counts,
     )
 
