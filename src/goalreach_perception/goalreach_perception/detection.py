@@ -1,9 +1,8 @@
-"""LED images as sub-pixel spots: in windows around predictions, or in the whole frame.
+"""Sub-pixel detection of LED spots, in windows around predictions or in the whole frame.
 
-A spot's place is its intensity-weighted centroid in a small patch around its peak, background
-and noise subtracted. What is not a point of light is left out: single hot pixels (too little
-light for their peak), reflections, lamps and spots that overlap (too wide), and spots cut by the
-border of the image.
+The centre of a spot is its intensity-weighted centroid in a small patch around its peak, with
+background and noise subtracted. Rejected are hot pixels (too little light for their peak),
+reflections, lamps and overlapping spots (too wide), and spots cut off by the border of the image.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from goalreach_msgs_py.values import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class DetectionConfig:
-    """What counts as an LED in an image."""
+    """Thresholds of the spot detector."""
 
     minimum_peak_dn: float = parameter(
         20.0,
@@ -40,7 +39,7 @@ class DetectionConfig:
         maximum=5.0,
     )
     maximum_spots: int = parameter(
-        5, 'Most spots looked at in a whole frame (chosen)', minimum=2, maximum=8
+        5, 'Largest number of spots of a whole frame (chosen)', minimum=2, maximum=8
     )
     window_half_px: int = parameter(
         20, 'Smallest half-width of a tracking window, px (chosen)', minimum=8, maximum=100
@@ -52,14 +51,14 @@ class DetectionConfig:
 
 
 class Spots(NamedTuple):
-    """Points of light in one image.
+    """Spots of one image.
 
     Attributes:
-        pixels_px: (n, 2) centres (u, v); pixel (0, 0) is the top-left pixel's centre.
+        pixels_px: (n, 2) centres (u, v); (0, 0) is the centre of the top-left pixel.
         sigmas_px: (n,) standard deviation of the centre, per axis.
-        peaks_dn: Greatest grey value of each.
-        bright: Whether there is light at all.
-        led_like: Whether it looks like an LED seen through this lens.
+        peaks_dn: Largest grey value of each.
+        bright: Whether the peak is above the threshold.
+        led_like: Whether light and width are those of an LED through this lens.
     """
 
     pixels_px: FloatArray
@@ -81,7 +80,7 @@ class Spots(NamedTuple):
         )
 
     def concatenated(self, other: Spots) -> Spots:
-        """Return these spots and then the others."""
+        """Return these spots followed by others."""
         return Spots(
             np.concatenate([self.pixels_px, other.pixels_px]),
             np.concatenate([self.sigmas_px, other.sigmas_px]),
@@ -94,20 +93,20 @@ class Spots(NamedTuple):
 Image = NDArray[np.uint8]
 
 _BACKGROUND_ROWS = 4
-"""As many rows, evenly spaced, are enough to tell the background. Chosen: a bright LED in one of
+"""Number of evenly spaced rows the background is averaged over. Chosen: a bright LED in one of
 them, 640 pixels wide, raises it by a third of a grey value."""
 _NOISE_LEVEL = 4.0
-"""What stands less than this many sigma of noise above the background is not light. Chosen."""
+"""Threshold above the background, in sigmas of the noise. Chosen."""
 _SATURATED_DN = 250
 _HOT_PIXEL_SHARE = 0.45
-"""A spot with less than this part of the light its peak promises is a hot pixel. Chosen: spots
-have at least 0.6 of it, single pixels at most 0.4."""
+"""Least ratio of the light of a spot to that of a point with the same peak. Chosen: spots have at
+least 0.6 of it, single pixels at most 0.4."""
 _WIDEST = 2.0
 _WIDEST_SATURATED = 9.0
 """Largest variance of a spot over that of the lens. Chosen: an LED 0.35 m away, far into
 saturation, has 7.5; one that is not saturated at most 1.1."""
 _MAXIMUM_BRIGHT = 6000
-"""More bright pixels than this are no set of LEDs: an overexposed image. Chosen."""
+"""An image with more bright pixels is overexposed. Chosen."""
 _WORD = 8
 
 
@@ -115,7 +114,7 @@ class SpotDetector:
     """Finds LEDs in mono8 images.
 
     Args:
-        config: What counts as an LED.
+        config: The thresholds.
         spot_sigma_px: Width of the lens's point-spread function (1 sigma).
         read_noise_dn: Noise of a pixel, grey values (1 sigma).
     """
@@ -147,13 +146,13 @@ class SpotDetector:
         *,
         skip_px: Sequence[Sequence[float]] = (),
     ) -> Spots:
-        """Find the brightest spot in each of several windows.
+        """Find the brightest spot of each window.
 
         Args:
             image: (height, width) grey values.
-            centres_px: Where each window is centred, (u, v).
+            centres_px: Centre (u, v) of each window.
             halves_px: Half-width of each.
-            skip_px: A light (u, v) to pass over in each window, or nothing.
+            skip_px: A spot (u, v) to ignore in each window; empty to ignore none.
 
         Returns:
             One spot per window; `bright` and `led_like` are false where there is none.
@@ -167,13 +166,13 @@ class SpotDetector:
                 corners.append((-1, -1))
                 continue
             if skip_px:
-                window = self._without(window, skip_px[index][0] - left, skip_px[index][1] - top)
+                window = self._masked(window, skip_px[index][0] - left, skip_px[index][1] - top)
             _, _, _, place = cv2.minMaxLoc(window)
             corners.append((left + place[0], top + place[1]))
         return self._refine(image, corners, self.background_dn(image))
 
-    def _without(self, window: Image, u: float, v: float) -> Image:
-        """Return a copy of a window with one light painted over."""
+    def _masked(self, window: Image, u: float, v: float) -> Image:
+        """Return a copy of a window with one spot masked."""
         window = window.copy()
         top, left = max(0, int(v) - self._radius), max(0, int(u) - self._radius)
         window[top : int(v) + self._radius + 1, left : int(u) + self._radius + 1] = 0
@@ -183,7 +182,7 @@ class SpotDetector:
         """Find the brightest LED-like spots of a whole frame, brightest first.
 
         Returns:
-            At most `maximum_spots` spots, all good; none where the image is overexposed.
+            At most `maximum_spots` LED-like spots; none if the image is overexposed.
         """
         background_dn = self.background_dn(image)
         level_dn = background_dn + max(self._config.minimum_peak_dn, 6.0 * self._noise_dn)
@@ -204,10 +203,10 @@ class SpotDetector:
         return spots.select(rows[: self._config.maximum_spots])
 
     def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
-        """Return the centroids of patches around peaks, with the tests of their shape.
+        """Return the centroids of patches around peaks, and test their shape.
 
-        A spot is cut by the border where its edge, twice its standard deviation away for a disc of
-        light, lies beyond. Read noise moves a centroid by noise / peak whatever the width of the
+        A spot is cut off if its edge, at twice its standard deviation for a disc of light, lies
+        beyond the border. Read noise displaces a centroid by noise / peak for any width of the
         spot, as measured on rendered spots (the Cramer-Rao bound of a Gaussian spot is
         sqrt(2 / pi) of that).
         """
@@ -226,7 +225,7 @@ class SpotDetector:
             variance = 0.5 * (sum_2 / light - shift_u * shift_u - shift_v * shift_v)
             reach = max(self._border, 2.0 * math.sqrt(max(variance, 0.0)) + 1.0)
             inside = reach <= u_px <= width - 1 - reach and reach <= v_px <= height - 1 - reach
-            good[index] = inside and self._like_an_led(peak, peak - background_dn, light, variance)
+            good[index] = inside and self._is_led_like(peak, peak - background_dn, light, variance)
         sigmas = [
             math.hypot(
                 self._config.centroid_sigma_px, self._noise_dn / max(p - background_dn, 1.0)
@@ -248,7 +247,7 @@ class SpotDetector:
         peaks_dn: list[int],
         background_dn: float,
     ) -> list[list[float]]:
-        """Return the moments of the light near each peak; and farther around, if one needs it."""
+        """Return the moments of the light around each peak; in a larger patch if saturated."""
         radius = self._radius if max(peaks_dn, default=0) >= _SATURATED_DN else self._near
         patches = _patches(image, corners, radius)
         patches -= background_dn + _NOISE_LEVEL * self._noise_dn
@@ -256,25 +255,25 @@ class SpotDetector:
         moments: list[list[float]] = patches.dot(self._sums[radius]).tolist()
         return moments
 
-    def _like_an_led(
+    def _is_led_like(
         self, peak_dn: float, contrast_dn: float, light: float, variance_px2: float
     ) -> bool:
-        """Return whether a spot's peak, light and width are those of a point through the lens.
+        """Return whether peak, light and width of a spot are those of a point through the lens.
 
-        A Gaussian cut off at the fraction q of its peak keeps 1 - q + q ln q of its light.
+        A Gaussian reduced by the fraction q of its peak keeps 1 - q + q ln q of its light.
         """
         cut = _NOISE_LEVEL * self._noise_dn / max(contrast_dn, 1e-3)
         if contrast_dn < self._config.minimum_peak_dn or cut >= 1.0:
             return False
-        promised = self._light_per_peak * contrast_dn * (1.0 - cut + cut * math.log(cut))
+        expected = self._light_per_peak * contrast_dn * (1.0 - cut + cut * math.log(cut))
         widest = _WIDEST_SATURATED if peak_dn >= _SATURATED_DN else _WIDEST
-        return light >= _HOT_PIXEL_SHARE * promised and variance_px2 <= widest * self._variance_px2
+        return light >= _HOT_PIXEL_SHARE * expected and variance_px2 <= widest * self._variance_px2
 
 
 def _brighter_than(image: Image, level_dn: float) -> NDArray[np.intp]:
-    """Return the (n, 2) pixels (u, v) above a level, in reading order; not all of too many.
+    """Return the (n, 2) pixels (u, v) above a level, row by row; only some if there are too many.
 
-    Eight pixels at a time are looked at, since nearly all of them are dark.
+    Eight pixels are tested at a time, since nearly all are dark.
     """
     _, mask = cv2.threshold(image, level_dn, 1, cv2.THRESH_BINARY)
     pixels: NDArray[np.intp]
@@ -306,10 +305,10 @@ def _patches(image: Image, corners: list[tuple[int, int]], radius: int) -> NDArr
 
 
 def _moment_sums(radius: int, near: int) -> NDArray[np.float32]:
-    """Return the matrix that takes a flat patch to its moments 1, u, v, u^2 + v^2.
+    """Return the matrix that maps a flat patch to its moments 1, u, v, u^2 + v^2.
 
-    Its first four columns look only at the inner part of the patch, the last four, where the patch
-    is larger than that, at all of it.
+    The first four columns cover the inner part of the patch; the last four, only for a larger
+    patch, cover all of it.
     """
     axis = np.arange(-radius, radius + 1, dtype=np.float64)
     v, u = np.meshgrid(axis, axis, indexing='ij')

@@ -1,4 +1,4 @@
-"""Where turret, pan and tilt should go: landmarks centred, or an ordered search for them."""
+"""Control of turret, pan and tilt: centre the landmarks, or search for them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _RIGHT_ANGLE = math.pi / 2
 
 @dataclass(frozen=True, kw_only=True)
 class HeadConfig:
-    """Ranges of the head and habits of its tracker."""
+    """Ranges of the head and parameters of its tracker."""
 
     pan_limit_rad: float = parameter(
         deg(87.0),
@@ -88,15 +88,15 @@ _AT_END_RAD = math.radians(4.0)
 
 
 class HeadSearch:
-    """Turns the head until something is found.
+    """Scans with the head until LEDs are found.
 
-    The turret turns one way all the time. Pan first swings to the end the turret comes from,
-    then to the end it goes to, and stays there: all azimuths are seen once within three seconds
-    of a Nomad 200's motors, and again with every turn of the turret. After a little more than a
-    turn the tilt changes between low and high, which is for LEDs that are near.
+    The turret turns in one direction. Pan first moves to its end against that direction, then to
+    its end in it, and stays there: with the motors of a Nomad 200 all azimuths are scanned within
+    three seconds, and again with every turn of the turret. After a little more than a turn the
+    tilt alternates between low and high; high is for near LEDs.
 
     Args:
-        config: Ranges and habits of the head.
+        config: Ranges and parameters.
     """
 
     def __init__(self, config: HeadConfig) -> None:
@@ -104,14 +104,14 @@ class HeadSearch:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew with the next call of `step`."""
+        """Restart with the next call of `step`."""
         self._turret_sign = 0.0
         self._towards_end = False
         self._last_turret_rad = 0.0
         self._turned_rad = 0.0
 
     def step(self, joints: HeadAngles) -> HeadAngles:
-        """Return joint targets that look for landmarks.
+        """Return the next joint targets of the scan.
 
         Args:
             joints: Encoder readings.
@@ -137,35 +137,35 @@ class HeadSearch:
 
 
 _WIDER_RAD = deg(5.0)
-"""How much wider another pair of LEDs must be to change over to it. Chosen."""
+"""Hysteresis: how much wider another pair of LEDs must be to replace the current one. Chosen."""
 _ENTRY_SLACK = 0.96
-"""A set of LEDs that was not looked at yet must fit into this part of the image. Chosen."""
+"""Hysteresis: another set of LEDs must fit into this fraction of the image. Chosen."""
 _LEAST_DEPTH_M = 0.01
 
 
 class HeadTracker:
-    """Chooses joint targets, one set per image.
+    """Computes joint targets, one set per image.
 
-    Tracking, the turret is sent to the azimuth of the landmarks and the pan joint makes up for
-    what the slow turret still lacks, so pan stays near zero.
+    While tracking, the turret goes to the azimuth of the landmarks and the pan joint compensates
+    for the lag of the slow turret, so that pan stays near zero.
 
     Args:
-        config: Ranges and habits.
+        config: Ranges and parameters.
     """
 
     def __init__(self, config: HeadConfig) -> None:
         self._config = config
-        self._aim: tuple[int, ...] = ()
+        self._centred_leds: tuple[int, ...] = ()
         self._search = HeadSearch(config)
         self._last_azimuth_rad: float | None = None
 
     def restart_search(self) -> None:
-        """Let the next search begin at its beginning."""
+        """Restart the search."""
         self._search.reset()
 
     def search(self, joints: HeadAngles) -> HeadAngles:
-        """Return joint targets that look for landmarks; see `HeadSearch`."""
-        self._aim = ()
+        """Return joint targets of the search; see `HeadSearch`."""
+        self._centred_leds = ()
         self._last_azimuth_rad = None
         return self._search.step(joints)
 
@@ -184,10 +184,10 @@ class HeadTracker:
         Args:
             joints: Encoder readings.
             heading_rad: Estimated heading.
-            offsets_m: n times x, y, z: believed LED minus optical centre in `map`.
-            biases_rad: Believed pan and tilt bias.
+            offsets_m: n times x, y, z: estimated LED minus optical centre in `map`.
+            biases_rad: Estimated pan and tilt bias.
             lens: The lens.
-            hold: LEDs to centre, whether or not others would fit better; empty for the best set.
+            hold: LEDs to centre even if another set fits better; empty for the best set.
         """
         self._search.reset()
         azimuth, tilt = (
@@ -207,10 +207,10 @@ class HeadTracker:
         )
 
     def centre_leds(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
-        """Return azimuth and tilt that centre as many LEDs as fit, the widest pair if not all.
+        """Return azimuth and tilt that centre all LEDs, or else the widest pair that fits.
 
         Args:
-            offsets_m: (n, 3) believed LED minus optical centre in `map`.
+            offsets_m: (n, 3) estimated LED minus optical centre in `map`.
             lens: The lens.
         """
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
@@ -221,27 +221,32 @@ class HeadTracker:
         for leds in self._ordered(azimuths):
             azimuth, tilt, reach_u, reach_v = self._centre(offsets_m, azimuths, leds)
             best = best or (azimuth, tilt)
-            slack = 1.0 if leds == self._aim else _ENTRY_SLACK
+            slack = 1.0 if leds == self._centred_leds else _ENTRY_SLACK
             if reach_u <= half_u * slack and reach_v <= half_v * slack:
-                self._aim = leds
+                self._centred_leds = leds
                 return azimuth, tilt
-        self._aim = ()
+        self._centred_leds = ()
         return best or (0.0, 0.0)
 
     def _centred(
         self, offsets_m: Sequence[Sequence[float]], leds: tuple[int, ...]
     ) -> tuple[float, float]:
-        """Return azimuth and tilt that centre some LEDs."""
-        self._aim = leds
+        """Return azimuth and tilt that centre given LEDs."""
+        self._centred_leds = leds
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
         return self._centre(offsets_m, azimuths, leds)[:2]
 
     def _ordered(self, azimuths: Sequence[float]) -> Iterator[tuple[int, ...]]:
-        """Yield sets of LEDs, the most wanted first: all, pairs from wide to narrow, single."""
+        """Yield sets of LEDs by preference: all, pairs from wide to narrow, single ones."""
         everything = tuple(range(len(azimuths)))
         yield everything
         pairs = [
-            (abs(wrap_angle(azimuths[j] - azimuths[i])) + _WIDER_RAD * ((i, j) == self._aim), i, j)
+            (
+                abs(wrap_angle(azimuths[j] - azimuths[i]))
+                + _WIDER_RAD * ((i, j) == self._centred_leds),
+                i,
+                j,
+            )
             for i, j in combinations(everything, 2)
         ]
         for _, i, j in sorted(pairs, reverse=True):
@@ -255,7 +260,7 @@ class HeadTracker:
         azimuths: Sequence[float],
         leds: tuple[int, ...],
     ) -> tuple[float, float, float, float]:
-        """Return azimuth and tilt that centre some LEDs, and how far off they then are.
+        """Return azimuth and tilt that centre given LEDs, and their extent from the centre.
 
         Returns:
             Azimuth, tilt, and the largest slopes (offset / focal length) along u and v.
@@ -276,7 +281,7 @@ class HeadTracker:
 def _extent(
     offsets_m: Sequence[Sequence[float]], azimuth: float, tilt: float
 ) -> tuple[float, float, float, float]:
-    """Return the least and greatest u and v of some points, in focal lengths."""
+    """Return the smallest and largest u and v of points, in focal lengths."""
     ca, sa, ct, st = math.cos(azimuth), math.sin(azimuth), math.cos(tilt), math.sin(tilt)
     across: list[float] = []
     down: list[float] = []

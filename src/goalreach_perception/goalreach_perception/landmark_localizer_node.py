@@ -1,4 +1,4 @@
-"""The `landmark_localizer` node: from images of the LEDs to a pose, and the head kept on them."""
+"""The `landmark_localizer` node: from images of the LEDs to a pose and head commands."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ _THROTTLE_S = 5.0
 class LandmarkLocalizerNode(Node):
     """Adapter of one `LandmarkLocalizer`.
 
-    Publishes: `/pose`, `/landmarks`, `/head/command` with the stamp of the image, and
-    `/landmarks/markers` where somebody subscribes to it; `/diagnostics`, and `/tf` (map to
-    odom) where tf2_msgs is installed.
-    Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; acts on a
-    stamp when all four of it are there.
-    Parameters: the fields of `LocalizerConfig`; `noise.*` may change while it runs, and the
-    pose is then looked for anew.
+    Publishes: `/pose`, `/landmarks` and `/head/command` with the stamp of the image;
+    `/landmarks/markers` while it has subscribers; `/diagnostics`; `/tf` (map to odom) if tf2_msgs
+    is installed.
+    Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; processes a
+    stamp once all four have arrived.
+    Parameters: the fields of `LocalizerConfig`; `noise.*` may change at run time, which restarts
+    the localizer.
     """
 
     def __init__(self) -> None:
-        """Declare and build."""
+        """Declare parameters, build the core, create publishers and subscriptions."""
         super().__init__(_NAME)
         live = [f'noise.{field.name}' for field in fields(NoiseModel)]
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)

@@ -1,13 +1,13 @@
-"""The pixel of an LED as a function of everything that is not known for certain.
+"""The measurement model: the pixel of an LED as a function of the uncertain quantities.
 
-State vector of the whole package, n LEDs (9 + 3 n numbers, so 18 for three):
+State vector of the package, for n LEDs (9 + 3 n numbers, 18 for three):
 
 | index | state | unit |
 | --- | --- | --- |
 | 0, 1, 2 | x, y, heading in `map` | m, m, rad |
 | 3, 4 | pan bias, tilt bias: true joint angle minus encoder reading | rad |
 | 5 | odometry scale: true distance / measured distance - 1 | 1 |
-| 6 | odometry drift: turn of the base unseen by the encoders | rad/m |
+| 6 | odometry drift: turn of the base not measured by the encoders | rad/m |
 | 7 | camera height minus its nominal value | m |
 | 8 | true focal length / nominal focal length - 1 | 1 |
 | 9 + 3 i ... 11 + 3 i | x, y, z of LED i in `map` | m |
@@ -38,7 +38,7 @@ FOCAL: Final = 8
 LEDS: Final = 9
 
 MINIMUM_DEPTH_M: Final = 0.05
-"""Nearer than this, or behind, a point has no pixel. Chosen, not from the paper."""
+"""A point nearer than this, or behind the camera, has no pixel. Chosen, not from the paper."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Lens:
 
     @classmethod
     def of_camera(cls, camera: PinholeCamera) -> Lens:
-        """Return the ideal part of a camera: its distortion is not in here."""
+        """Return the pinhole part of a camera, without its distortion."""
         return cls(
             focal_px=np.array([camera.fx_px, camera.fy_px]),
             centre_px=np.array([camera.cx_px, camera.cy_px]),
@@ -68,7 +68,7 @@ class Lens:
         return fx, fy, cx, cy
 
     def scaled(self, relative_error: float) -> Lens:
-        """Return the lens with its focal lengths longer by a relative error."""
+        """Return the lens with its focal lengths scaled by 1 + relative_error."""
         return Lens(focal_px=self.focal_px * (1.0 + relative_error), centre_px=self.centre_px)
 
 
@@ -78,8 +78,8 @@ class Projection:
 
     Attributes:
         pixels_px: (..., k, 2) pixels (u, v).
-        depth_m: (..., k) distance along the optical axis; not above 0.05 where behind.
-        by_offset: (..., k, 2, 3) derivative by the place of the LED relative to the camera.
+        depth_m: (..., k) distance along the optical axis; 0.05 for points behind the camera.
+        by_offset: (..., k, 2, 3) derivative by the position of the LED relative to the camera.
         by_tilt: (..., k, 2) derivative by the tilt.
         by_focal: (..., k, 2) derivative by the relative error of the focal length.
     """
@@ -103,7 +103,7 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
         lens: The lens.
 
     Returns:
-        The projection; points behind the camera are held at a depth of 0.05 m.
+        The projection; points behind the camera are projected from a depth of 0.05 m.
     """
     in_camera_m = offsets_m @ rotation.swapaxes(-1, -2)
     depth_m = np.maximum(in_camera_m[..., 2:], MINIMUM_DEPTH_M)
@@ -129,10 +129,10 @@ def prior_sigmas(noise: NoiseModel, led_count: int) -> FloatArray:
 
 
 def offset_derivatives(led_count: int) -> FloatArray:
-    """Return how each LED moves relative to the camera with the state, turning left out.
+    """Return the derivatives of each LED relative to the camera by the state, without rotation.
 
     Returns:
-        (n, 3, 9 + 3 n): minus one for the camera's x, y and height, one for the LED's own place.
+        (n, 3, 9 + 3 n): minus one for the camera's x, y and height, one for the LED itself.
     """
     derivatives = np.zeros((led_count, 3, LEDS + 3 * led_count))
     derivatives[:, [0, 1, 2], [0, 1, HEIGHT]] = -1.0
@@ -146,11 +146,11 @@ def state_jacobian(
 ) -> FloatArray:
     """Return the derivative of the pixels by the whole state vector: the chain rule.
 
-    A turn of the optical axis by dA moves an LED at d by (d_y, -d_x, 0) dA as the camera sees it.
+    A rotation of the optical axis by dA moves an LED at d by (d_y, -d_x, 0) dA as seen from it.
 
     Args:
         projection: k LEDs, with or without leading batch axes.
-        offsets_m: (..., k, 3) what was projected.
+        offsets_m: (..., k, 3) the projected offsets.
         derivatives: (..., k, 3, states) rows of `offset_derivatives`, one for each LED.
 
     Returns:
@@ -167,14 +167,14 @@ def state_jacobian(
 
 
 class Optics:
-    """One camera's lens with its distortion, prepared once.
+    """A lens with its distortion.
 
     Args:
-        camera: The camera as its CameraInfo describes it.
+        camera: Intrinsics of the camera.
 
     Attributes:
         camera: The same.
-        lens: Its ideal part.
+        lens: Its pinhole part.
     """
 
     def __init__(self, camera: PinholeCamera) -> None:
@@ -183,7 +183,7 @@ class Optics:
         self._distorted = any(camera.distortion)
 
     def undistort(self, pixels_px: FloatArray) -> FloatArray:
-        """Return the (n, 2) pixels an ideal lens would have shown."""
+        """Return the (n, 2) pixels without the distortion of the lens."""
         if not self._distorted or len(pixels_px) == 0:
             return pixels_px
         fx, fy = self.lens.focal_px
@@ -195,7 +195,7 @@ class Optics:
         return ideal.reshape(-1, 2).astype(np.float64)
 
     def distort(self, pixels_px: FloatArray) -> FloatArray:
-        """Return the (n, 2) pixels at which this lens shows ideal ones."""
+        """Return the (n, 2) pixels with the distortion of the lens."""
         if not self._distorted:
             return pixels_px
         rays = np.ones((len(pixels_px), 3))

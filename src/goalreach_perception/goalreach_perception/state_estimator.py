@@ -1,4 +1,4 @@
-"""From a pose with its covariance to the paper's state: region, memberships, how sure."""
+"""The paper's state of a pose with covariance: region, memberships, confidence."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SQRT2 = math.sqrt(2.0)
 
 @dataclass(frozen=True, kw_only=True)
 class StateEstimatorConfig:
-    """Region borders, goal and what counts as sure."""
+    """Region borders, goal and thresholds of the confidence."""
 
     x_knots_m: tuple[float, ...] = parameter(
         DEFAULT_X_KNOTS_M, 'Knots x0 ... x5 of the fuzzy sets over x, m (Fig. 5 a)', length=6
@@ -56,7 +56,7 @@ class StateEstimatorConfig:
     )
 
     def __post_init__(self) -> None:
-        """Check every field, and the knots and the goal as a whole."""
+        """Check every field, and that knots and goal describe regions."""
         check_fields(self)
         self.region_map()
 
@@ -71,10 +71,10 @@ class StateEstimatorConfig:
         )
 
     def region_map(self) -> RegionMap:
-        """Return the regions that the knots and the goal describe.
+        """Return the regions of the knots with the goal.
 
         Raises:
-            ConfigurationError: They describe none.
+            ConfigurationError: Knots or goal are invalid.
         """
         return RegionMap(
             x_knots_m=self.x_knots_m, y_knots_m=self.y_knots_m, goal=parse_region(self.goal)
@@ -85,7 +85,7 @@ class StateEstimator:
     """Computes the state of sections "The State Set" and "The Testing Phase".
 
     Args:
-        config: Region borders, goal and what counts as sure.
+        config: Region borders, goal and thresholds.
     """
 
     def __init__(self, config: StateEstimatorConfig) -> None:
@@ -98,7 +98,7 @@ class StateEstimator:
 
         Args:
             pose: The estimated pose with its covariance.
-            age_s: How old it is.
+            age_s: Its age, seconds.
         """
         x_m, y_m = pose.pose.x_m, pose.pose.y_m
         covariance = pose.covariance
@@ -112,17 +112,17 @@ class StateEstimator:
         )
 
     def _confidence(self, covariance: FloatArray, age_s: float) -> Confidence:
-        """Return how far a pose may be trusted; NaN is uncertain."""
+        """Return the confidence of a pose; NaN is uncertain."""
         if not age_s <= self._config.max_age_s:
             return Confidence.STALE
         xx, xy, yy = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
         worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
         heading = float(covariance[2, 2])
-        sure = (
+        certain = (
             worst <= self._config.max_position_sigma_m**2
             and heading <= self._config.max_heading_sigma_rad**2
         )
-        return Confidence.OK if sure else Confidence.UNCERTAIN
+        return Confidence.OK if certain else Confidence.UNCERTAIN
 
 
 def probability_in_rectangle(
@@ -134,7 +134,7 @@ def probability_in_rectangle(
 
     P = integral over x of p(x) P(y_min <= y <= y_max | x), by 32-point Gauss-Legendre
     quadrature on the part of the rectangle within six sigma (error below 1e-6, checked, for
-    correlations up to 0.95). Where the marginals already settle it the integral is left out.
+    correlations up to 0.95). The integral is skipped if the marginals determine the result.
 
     Args:
         mean_m: Mean (x, y).
@@ -142,7 +142,7 @@ def probability_in_rectangle(
         bounds_m: x_min, y_min, x_max, y_max.
 
     Returns:
-        In [0, 1]; 0 where the mean or the covariance is not a number.
+        In [0, 1]; 0 if the mean or the covariance is not finite.
     """
     x_min, y_min, x_max, y_max = bounds_m
     xx, xy, yy = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])

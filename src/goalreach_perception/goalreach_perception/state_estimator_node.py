@@ -1,4 +1,4 @@
-"""The `state_estimator` node: from the pose to the region and its fuzzy memberships."""
+"""The `state_estimator` node: from the pose to region and fuzzy memberships."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class StateEstimatorNode(Node):
     """Adapter of one `StateEstimator`.
 
     Publishes: `/state` with the stamp of the pose; `/diagnostics`.
-    Subscribes: `/pose`; `/clock`, against which a pose is STALE that comes late or from a future.
+    Subscribes: `/pose`; `/clock`: a pose whose stamp is too far from it, either way, is STALE.
     Parameters: the fields of `StateEstimatorConfig`.
     """
 
     def __init__(self) -> None:
-        """Declare and build."""
+        """Declare parameters, build the core, create publishers and subscriptions."""
         super().__init__(_NAME)
         self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
         self._reply = StampedReply()
@@ -50,9 +50,9 @@ class StateEstimatorNode(Node):
         self._reporter.heard(CLOCK, now_ns)
 
     def _age_s(self, stamp_ns: int) -> float:
-        """Return how far a stamp is from the graph's clock; 0 where there is none.
+        """Return the distance of a stamp from the clock, seconds; 0 before the first clock.
 
-        A pose may overtake the clock's message of the same tick.
+        A pose may arrive before the clock message of the same tick.
         """
         if self._clock_ns is None:
             return 0.0

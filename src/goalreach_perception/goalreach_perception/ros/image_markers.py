@@ -1,4 +1,4 @@
-"""The detected LEDs as visualization_msgs/ImageMarker, which viewers draw over the image."""
+"""The detected LEDs as visualization_msgs/ImageMarker, for viewers that overlay the image."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ _COLOURS = (
     ColorRGBA(r=0.34, g=0.71, b=0.91, a=1.0),
     ColorRGBA(r=0.0, g=0.62, b=0.45, a=1.0),
 )
-"""Orange, sky blue and green, which the colour-blind tell apart; further LEDs begin anew."""
+"""Orange, sky blue and green, distinct with any colour vision; repeated for further LEDs."""
 
 
 def image_markers(landmarks: Sequence[LandmarkObservation | None], stamp_ns: int) -> ImageMarker:
-    """Return one dot for each LED that was seen, in pixels, coloured by its number.
+    """Return one dot for each detected LED, in pixels, coloured by its number.
 
     Args:
-        landmarks: Observation of LED i, or None where it is not seen.
+        landmarks: Observation of LED i, or None if it was not detected.
         stamp_ns: Stamp of the image.
     """
-    seen = [(number, led) for number, led in enumerate(landmarks) if led is not None]
+    detected = [(number, led) for number, led in enumerate(landmarks) if led is not None]
     return ImageMarker(
         header=header(stamp_ns, CAMERA_FRAME),
         ns=_NAMESPACE,
         type=ImageMarker.POINTS,
-        action=ImageMarker.ADD if seen else ImageMarker.REMOVE,
+        action=ImageMarker.ADD if detected else ImageMarker.REMOVE,
         scale=_DIAMETER_PX,
-        points=[Point(x=float(led.u_px), y=float(led.v_px)) for _, led in seen],
-        outline_colors=[_COLOURS[number % len(_COLOURS)] for number, _ in seen],
+        points=[Point(x=float(led.u_px), y=float(led.v_px)) for _, led in detected],
+        outline_colors=[_COLOURS[number % len(_COLOURS)] for number, _ in detected],
     )
