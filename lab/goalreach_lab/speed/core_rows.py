@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from argparse import Namespace
 from concurrent.futures import ProcessPoolExecutor
 import multiprocessing
 from pathlib import Path
@@ -32,7 +31,7 @@ _TURNS: Final = 60_000_000
 
 def learning_rows(budget: Budget) -> list[BenchRow]:
     """Return the rows of a learning phase beside IR-SIM and DQN."""
-    return learning_peers.execute(Namespace(rounds=budget.count(3), seed=budget.seed))
+    return learning_peers.execute(learning_peers.Options(rounds=budget.count(3), seed=budget.seed))
 
 
 def localization_rows(budget: Budget) -> list[BenchRow]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from itertools import pairwise
 import os
 import statistics
@@ -12,8 +12,9 @@ import sys
 import time
 from typing import TYPE_CHECKING, Final
 
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.row import BenchRow, Goal
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.options import option
 
 if TYPE_CHECKING:
     from goalreach_lab.rigs.dashboard_run import ClockedRun, RunLoad
@@ -31,38 +32,32 @@ _SPEED: Final = Goal(of='ratio', relation='>=', bound=0.75)
 _WORDS: Final = {'composed': ['--composed'], 'processes': []}
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    add = parser.add_argument
-    add('--seconds', type=float, default=6.0, metavar='F', help='length of each measurement')
-    add('--browsers', type=int, nargs='*', default=[0, 1, 3], metavar='N', help='open at once')
-    add('--rounds', type=int, default=11, metavar='N', help='measurements with the page')
-    add('--clients', type=int, default=3, metavar='N', help='open meanwhile; they paint nothing')
-    add(
-        '--nodes',
-        nargs='*',
-        choices=tuple(_WORDS),
-        default=list(_WORDS),
-        help='runs whose speed is compared',
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    seconds: float = option(6.0, 'length of each measurement', minimum=1.0)
+    browsers: tuple[int, ...] = option((0, 1, 3), 'open at once', minimum=0, empty=True)
+    rounds: int = option(11, 'measurements with the page', minimum=1)
+    clients: int = option(3, 'open meanwhile; they paint nothing', minimum=1)
+    nodes: tuple[str, ...] = option(
+        tuple(_WORDS), 'runs whose speed is compared', choices=tuple(_WORDS), empty=True
     )
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
+def execute(options: Options) -> list[BenchRow]:
     """Measure.
 
     Raises:
         GoalreachError: An option is refused, or a run or its page does not come up.
     """
-    for name, least in (('seconds', 1.0), ('rounds', 1), ('clients', 1)):
-        if getattr(options, name) < least:
-            raise ConfigurationError(f'--{name}', getattr(options, name), f'at least {least:g}')
     rows = _browser_rows(options)
     for nodes in options.nodes:
         rows += _lockstep_rows(options, nodes)
     return rows
 
 
-def _browser_rows(options: argparse.Namespace) -> list[BenchRow]:
+def _browser_rows(options: Options) -> list[BenchRow]:
     """Measure the page of a run in real time, with some browsers open."""
     from goalreach_lab.rigs.chromium import ADVICE, is_installed
     from goalreach_lab.rigs.dashboard_run import clocked_run
@@ -129,7 +124,7 @@ def _machine_load(seen: RunLoad) -> str:
     return f'load {seen.load:.1f} on {os.cpu_count()} cores'
 
 
-def _lockstep_rows(options: argparse.Namespace, nodes: str) -> list[BenchRow]:
+def _lockstep_rows(options: Options, nodes: str) -> list[BenchRow]:
     """Drive as fast as possible, alternately without the page and with it."""
     from goalreach_lab.rigs.dashboard_run import clocked_run
 
@@ -158,7 +153,7 @@ def _without_page(run: ClockedRun, seconds: float) -> RunLoad:
     return measure_load(run, seconds, [run.stack.pid])
 
 
-def _with_clients(run: ClockedRun, options: argparse.Namespace) -> tuple[RunLoad, float]:
+def _with_clients(run: ClockedRun, options: Options) -> tuple[RunLoad, float]:
     """Return the load of the run and its page, and the updates a second of the slowest client."""
     from goalreach_lab.rigs.dashboard_clients import dashboard_clients
     from goalreach_lab.rigs.dashboard_run import measure_load, served_page

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 import contextlib
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import statistics
@@ -14,11 +14,13 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 import uuid
 
-from goalreach_evaluation.summary_file import append_line, read_lines
+from goalreach_evaluation.results_file import ResultsFile
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.processes import descendants_of, holdings_of
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.files import write_text_atomically
+from goalreach_msgs_py.options import option
 
 if TYPE_CHECKING:
     from goalreach_lab.rigs.chromium import Page
@@ -45,16 +47,23 @@ _HELD: Final[Mapping[str, tuple[str, str, float | None, _Typical]]] = {
 updates that arrived since the last collection."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    add = parser.add_argument
-    add('--hours', type=float, default=24.0, metavar='F', help='simulated hours')
-    add('--rate', type=float, default=25.0, metavar='HZ', help='images in a simulated second')
-    add('--lines', type=Path, metavar='FILE', help='append a line of JSON each simulated minute')
-    add('--as-it-is', action='store_true', help='report what is in --lines, drive nothing')
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    hours: float = option(24.0, 'simulated hours', above=0.0, maximum=1000.0)
+    rate: float = option(25.0, 'images in a simulated second', above=0.0, metavar='HZ')
+    lines: Path | None = option(None, 'append a line of JSON each simulated minute')
+    as_it_is: bool = option(False, 'report what is in --lines, drive nothing')
+
+    def __post_init__(self) -> None:
+        """Check that there are minutes to report."""
+        super().__post_init__()
+        if self.as_it_is and self.lines is None:
+            raise ConfigurationError('--as-it-is', 'yes', 'together with --lines FILE')
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
+def execute(options: Options) -> list[BenchRow]:
     """Drive, composed and in lockstep, with one page open; Ctrl-C ends it and reports.
 
     A page that was closed is another page: minutes driven later into the same file are a stretch
@@ -63,22 +72,16 @@ def execute(options: argparse.Namespace) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused, there is no browser, or the run stalls.
     """
-    if not 0.0 < options.hours <= 1000.0:  # noqa: PLR2004 - 24 h a day
-        raise ConfigurationError('--hours', options.hours, 'a number in (0, 1000]')
-    if options.as_it_is and options.lines is None:
-        raise ConfigurationError('--as-it-is', 'yes', 'together with --lines FILE')
-    minutes = [] if options.lines is None else read_lines(options.lines)
+    file = ResultsFile(options.lines, key=('page', 'clock_s'))
 
     def keep(minute: dict[str, Any]) -> None:
-        minutes.append(minute)
-        if options.lines is not None:
-            append_line(options.lines, minute)
+        file.add(minute, minute)
         sys.stderr.write(_format(minute))
 
     if not options.as_it_is:
         with contextlib.suppress(KeyboardInterrupt):  # the minutes so far are worth their rows
             _watch_page(options.hours, rate_hz=options.rate, seed=options.seed, keep=keep)
-    return compare_ends(longest_stretch(minutes))
+    return compare_ends(longest_stretch(file.results))
 
 
 def _format(minute: dict[str, Any]) -> str:

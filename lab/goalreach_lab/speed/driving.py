@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 import cProfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 import pstats
 import statistics
@@ -16,14 +15,15 @@ import numpy as np
 
 from goalreach_evaluation.choices import choose_noise
 from goalreach_evaluation.drive import InProcessDrive
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.random_drives import STEPS, IrSimDrives, RandomDrives, is_irsim_installed
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.speed.measurement import Budget, spread
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
-from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.options import option
 from goalreach_sim.simulator_config import SimulatorConfig
 
 SUMMARY = 'Camera frames a second of driving in one process, beside the steps of IR-SIM'
@@ -46,20 +46,20 @@ class _Round(NamedTuple):
     wall_s: float
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    parser.add_argument('--rounds', type=int, default=5, help='times all starts are driven')
-    parser.add_argument('--noise', default='nominal', help='none, nominal, harsh or a file')
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    rounds: int = option(5, 'times all starts are driven', minimum=1)
+    noise: str = option('nominal', 'none, nominal, harsh or a file')
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
+def execute(options: Options) -> list[BenchRow]:
     """Measure ours and IR-SIM with a lidar in turns.
 
     Raises:
         GoalreachError: An option or a file is refused.
     """
-    if options.rounds < 1:
-        raise ConfigurationError('--rounds', options.rounds, 'a whole number >= 1')
     peer = IrSimDrives(Arena(), lidar_rays=_LIDAR_RAYS) if is_irsim_installed() else None
     if peer is None:
         print('IR-SIM is not installed: left out (pip install goalreach[bench])')
@@ -130,8 +130,7 @@ def _irsim_steps_per_s(peer: IrSimDrives, seed: int) -> float:
 
 def driving_rows(budget: Budget) -> list[BenchRow]:
     """Return the row beside IR-SIM, and the growth of a frame's time with image and LEDs."""
-    options = argparse.Namespace(rounds=budget.count(5), noise='nominal', seed=budget.seed)
-    first, *_ = execute(options)
+    first, *_ = execute(Options(rounds=budget.count(5), seed=budget.seed))
     sizes = [width * height * 1e-6 for width, height in _SIZES_PX]
     by_size: list[list[float]] = [[] for _ in sizes]
     by_leds: list[list[float]] = [[] for _ in _LED_COUNTS]

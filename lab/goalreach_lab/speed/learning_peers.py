@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 import importlib.util
 import statistics
 import time
@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.random_drives import STEPS, IrSimDrives, RandomDrives, is_irsim_installed
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.options import option
 
 SUMMARY = 'One learning phase beside DQN on the same task and IR-SIM over the same robot-seconds'
 
@@ -34,19 +35,15 @@ _DQN_SETTINGS: dict[str, Any] = {
 """Chosen by hand for short episodes: exploration ends after 6000 actions. The rest is default."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    parser.add_argument('--rounds', type=int, default=3, help='times each is measured, in turn')
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    rounds: int = option(3, 'times each is measured, in turn', minimum=1)
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
-    """Measure.
-
-    Raises:
-        ConfigurationError: An option is refused.
-    """
-    if options.rounds < 1:
-        raise ConfigurationError('--rounds', options.rounds, 'a whole number >= 1')
+def execute(options: Options) -> list[BenchRow]:
+    """Measure ours and the peers that are installed, in turns."""
     has_sb3, has_irsim = is_sb3_installed(), is_irsim_installed()
     if not has_sb3:
         print('stable-baselines3 is not installed: left out (pip install goalreach[sb3])')

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,10 +25,12 @@ from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import STORAGES
 from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.processes import CpuMeter, descendants_of, holdings_of
 from goalreach_lab.rigs.stack import Stack, free_domains
 from goalreach_lab.row import BenchRow, Goal
-from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.options import option
 
 SUMMARY = 'Recorder: processor, memory, losses, sudden deaths; its writer beside that of rosbags'
 
@@ -47,23 +48,21 @@ _SETTLED: Final = 0.2
 """Memory is compared from this part of the run on: before, buffers are still being filled."""
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    add = parser.add_argument
-    add('--seconds', type=float, default=20.0, help='length of the real-time run; 0: none')
-    add('--kills', type=int, default=3, help='recorders to kill at a random moment')
-    add('--images', type=int, default=300, help='images to write in each round')
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    seconds: float = option(20.0, 'length of the real-time run; 0: none', minimum=0.0)
+    kills: int = option(3, 'recorders to kill at a random moment', minimum=0)
+    images: int = option(300, 'images to write in each round', minimum=1)
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
+def execute(options: Options) -> list[BenchRow]:
     """Measure.
 
     Raises:
         GoalreachError: An option is refused, or the graph does not come up.
     """
-    for name, least in (('seconds', 0.0), ('kills', 0), ('images', 1)):
-        if getattr(options, name) < least:
-            raise ConfigurationError(f'--{name}', getattr(options, name), f'at least {least:g}')
     rows = []
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         if options.seconds:

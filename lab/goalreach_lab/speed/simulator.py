@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 import math
 import statistics
 import time
 
 import numpy as np
 
+from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.random_drives import (
     STEP_S,
     STEPS,
@@ -21,8 +22,8 @@ from goalreach_lab.rigs.random_drives import (
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.speed.drive_study import study_drives
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.options import option
 from goalreach_sim.camera_renderer import CameraRenderer
 from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.simulator_config import SimulatorConfig
@@ -37,30 +38,23 @@ _RATIO = 100.0
 _PERCENT = 2.0
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the suite's options."""
-    add = parser.add_argument
-    add('--robots', type=int, default=8192, help='robots that are simulated at once')
-    add('--images', type=int, default=1000, help='images to time')
-    add('--drives', type=int, default=10_000, help='random drives that search for flaws')
-    add(
-        '--graph-seconds',
-        type=float,
-        default=20.0,
-        help='time on the clock of the graph; 0: none',
-    )
-    add('--speed', type=float, default=4.0, help='speed requested of the graph')
+@dataclass(frozen=True, kw_only=True)
+class Options(BenchOptions):
+    """Options of the suite."""
+
+    robots: int = option(8192, 'robots that are simulated at once', minimum=1)
+    images: int = option(1000, 'images to time', minimum=1)
+    drives: int = option(10_000, 'random drives that search for flaws', minimum=1)
+    graph_seconds: float = option(20.0, 'time on the clock of the graph; 0: none', minimum=0.0)
+    speed: float = option(4.0, 'speed requested of the graph', above=0.0)
 
 
-def execute(options: argparse.Namespace) -> list[BenchRow]:
+def execute(options: Options) -> list[BenchRow]:
     """Measure.
 
     Raises:
         GoalreachError: An option is refused, or the graph does not come up.
     """
-    for name in ('robots', 'images', 'drives'):
-        if getattr(options, name) < 1:
-            raise ConfigurationError(f'--{name}', getattr(options, name), 'a whole number >= 1')
     rng = np.random.default_rng(options.seed)
     rows = _physics_rows(options.robots, rng)
     rows.append(_image_row(options.images, rng))

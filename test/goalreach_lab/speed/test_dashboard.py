@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 
 import pytest
 
 from goalreach_lab.cli import main
 from goalreach_lab.rigs.processes import cpu_time_s, descendants_of
-from goalreach_lab.speed.dashboard import configure, execute
+from goalreach_lab.speed.dashboard import Options, execute
 import graphs
 
 pytest.importorskip('nicegui')
 
 
-def options(*words: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    configure(parser)
-    return argparse.Namespace(seed=1, **vars(parser.parse_args(words)))
-
-
 @pytest.mark.graph
 def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
-    words = ('--browsers', '0', '--seconds', '1', '--rounds', '1', '--nodes', 'composed')
-    rows = {row.name: row for row in execute(options(*words))}
+    options = Options(browsers=(0,), seconds=1.0, rounds=1, nodes=('composed',))
+    rows = {row.name: row for row in execute(options)}
     assert len(rows) == 5
     assert 0.0 < rows['0 browsers, real time: the page'].ours < 2.0
     page = rows['lockstep, composed: the page']

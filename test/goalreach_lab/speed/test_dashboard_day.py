@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from goalreach_evaluation.summary_file import append_line
+from goalreach_evaluation.results_file import ResultsFile
 from goalreach_lab.cli import main
 from goalreach_lab.speed.dashboard_day import compare_ends, longest_stretch
 
@@ -69,8 +69,9 @@ def test_what_was_kept_is_reported_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / 'day.jsonl'
+    file = ResultsFile(path, key=('page', 'clock_s'))
     for minute in day(lambda _: 100.0):
-        append_line(path, minute)
+        file.add(minute, minute)
     assert main(['page-day', '--lines', str(path), '--as-it-is']) == 0
     assert '2.00 h simulated' in capsys.readouterr().out
 

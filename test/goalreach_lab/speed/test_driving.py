@@ -1,5 +1,3 @@
-import argparse
-
 import pytest
 
 from goalreach_lab.rigs.random_drives import IrSimDrives
@@ -14,7 +12,7 @@ def _two_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(driving, '_drive_all_starts', lambda _noise, _seed: next(rounds))
 
 
-OPTIONS = argparse.Namespace(rounds=2, noise='nominal', seed=0)
+OPTIONS = driving.Options(rounds=2)
 
 
 @pytest.mark.usefixtures('_two_rounds')
@@ -53,4 +51,4 @@ def test_a_round_counts_every_frame() -> None:
 
 def test_refuses_no_rounds() -> None:
     with pytest.raises(ConfigurationError, match='--rounds = 0'):
-        driving.execute(argparse.Namespace(rounds=0, noise='none', seed=0))
+        driving.Options(rounds=0)

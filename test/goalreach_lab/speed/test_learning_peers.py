@@ -1,5 +1,3 @@
-import argparse
-
 import pytest
 
 from goalreach_lab.speed import learning_peers
@@ -7,16 +5,12 @@ from goalreach_lab.speed.learning_peers import DqnLearning
 from goalreach_msgs_py.errors import ConfigurationError
 
 
-def options(rounds: int) -> argparse.Namespace:
-    return argparse.Namespace(rounds=rounds, seed=0)
-
-
 def test_without_peers_the_rows_say_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for peer in ('irsim', 'sb3'):
         monkeypatch.setattr(learning_peers, f'is_{peer}_installed', lambda: False)
-    (row,) = learning_peers.execute(options(1))
+    (row,) = learning_peers.execute(learning_peers.Options(rounds=1))
     assert row.ours > 0.0
     assert row.reference is None
     told = capsys.readouterr().out
@@ -34,4 +28,4 @@ def test_rows_beside_dqn_by_hand() -> None:
 
 def test_refuses_no_rounds() -> None:
     with pytest.raises(ConfigurationError, match='--rounds = 0'):
-        learning_peers.execute(options(0))
+        learning_peers.Options(rounds=0)

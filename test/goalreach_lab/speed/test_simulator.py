@@ -1,6 +1,7 @@
 """The suite on the simulator, with few of everything."""
 
-import argparse
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +12,7 @@ from goalreach_lab.speed import simulator
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 
-OPTIONS = argparse.Namespace(
-    seed=1, robots=50, images=5, drives=20, graph_seconds=0.0, speed=4.0, json=None
-)
+OPTIONS = simulator.Options(seed=1, robots=50, images=5, drives=20, graph_seconds=0.0)
 
 
 def test_every_figure_is_there_and_finds_no_flaw() -> None:
@@ -38,9 +37,9 @@ def test_says_what_to_install_where_the_peer_is_missing(
 
 @pytest.mark.parametrize('name', ['robots', 'images', 'drives'])
 def test_refuses_less_than_one(name: str) -> None:
-    options = argparse.Namespace(**{**vars(OPTIONS), name: 0})
+    bad: dict[str, Any] = {name: 0}
     with pytest.raises(ConfigurationError, match=f'--{name}'):
-        simulator.execute(options)
+        replace(OPTIONS, **bad)
 
 
 def test_the_command_knows_the_suite(capsys: pytest.CaptureFixture[str]) -> None:
