@@ -12,7 +12,7 @@ import sys
 import pytest
 from std_msgs.msg import String
 
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 import graphs
 from small_bags import text_message, write_bag
 

@@ -18,7 +18,7 @@ from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import RUN_TOPICS, TICK_TOPICS
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.ros.channels import Channels
-from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, SENSOR_QOS
 import graphs
 from small_bags import STORE, serialize
 

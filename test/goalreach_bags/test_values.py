@@ -11,10 +11,11 @@ from rosbags.interfaces import QosReliability, QosTime
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from goalreach_bags.decode import Canonical, begins_with_stamp, stamp_of
+from goalreach_bags.decode import Canonical, begins_with_stamp
 from goalreach_bags.options import TopicSelection
 from goalreach_bags.ros.player import ReplayTimer
 from goalreach_bags.topic import DEFAULT_OFFER, message_definition, offers_to_text, parse_offers
+from goalreach_msgs_py.cdr import MessageError, stamp_of
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from small_bags import STORE, serialize
 
@@ -44,7 +45,7 @@ def test_bad_pattern_is_refused() -> None:
 def test_stamp_is_read_from_the_bytes() -> None:
     assert stamp_of(b'\0\1\0\0\2\0\0\0\3\0\0\0rest') == 2_000_000_003
     assert stamp_of(b'\0\0\0\0\0\0\0\2\0\0\0\3') == 2_000_000_003
-    with pytest.raises(ValueError, match='too short'):
+    with pytest.raises(MessageError, match='too short'):
         stamp_of(b'\0\1\0\0\2\0\0\0')
 
 

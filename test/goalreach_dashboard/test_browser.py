@@ -16,13 +16,14 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 import pytest
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 
 from browser import require_browser
 from goalreach_dashboard.views.svg import degrees, metres
 from goalreach_lab.rigs.chromium import Page, open_page
 from goalreach_lab.rigs.processes import find_descendant
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.estimate_messages import estimate_from_msg
+from goalreach_msgs_py.pose_messages import estimate_from_raw
+from goalreach_msgs_py.ros.messaging import stamp_from_msg
 import graphs
 
 pytestmark = pytest.mark.graph
@@ -109,7 +110,9 @@ def test_the_estimate_is_the_topics(run: Run, page: Page) -> None:
     page.driver.execute_script(_WATCH)
     run.serve_until(lambda: len(heard) > 60, 20.0)
     seen = page.driver.execute_script('return window.seen')
-    poses = {stamp_from_msg(m.header.stamp): estimate_from_msg(m).pose for m in heard}
+    poses = {
+        stamp_from_msg(m.header.stamp): estimate_from_raw(serialize_message(m)).pose for m in heard
+    }
     compared = [row for row in seen if int(row[0]) in poses]
     assert len(compared) >= 5
     for stamp, *texts in compared:

@@ -6,24 +6,25 @@ import time
 from typing import Any
 
 from geometry_msgs.msg import PolygonStamped
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.estimate_messages import landmarks_from_msg
-from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw
-from goalreach_msgs_py.ros.sensor_messages import (
-    camera_to_msg,
-    head_to_msg,
-    image_to_msg,
-    odometry_to_msg,
+from goalreach_msgs_py.diagnostic_messages import WARN, statuses_from_raw
+from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_to_raw
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
+from goalreach_msgs_py.sensor_messages import (
+    camera_to_raw,
+    head_to_raw,
+    image_to_raw,
+    landmarks_from_raw,
 )
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, LANDMARK_MARKERS, ODOM
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_sim.sensors import SensorFrame
@@ -60,10 +61,13 @@ class Bench:
         frame = self.simulator.sense()
         stamp_ns = frame.time_ns
         return frame, {
-            IMAGE: image_to_msg(frame.image, stamp_ns),
-            CAMERA_INFO: camera_to_msg(frame.camera, stamp_ns),
-            JOINT_STATES: head_to_msg(frame.joints, stamp_ns),
-            ODOM: odometry_to_msg(frame.odometry, stamp_ns, frame_id='odom'),
+            topic: deserialize_message(raw, message_type)
+            for topic, message_type, raw in (
+                (IMAGE, Image, image_to_raw(frame.image, stamp_ns)),
+                (CAMERA_INFO, CameraInfo, camera_to_raw(frame.camera, stamp_ns)),
+                (JOINT_STATES, JointState, head_to_raw(frame.joints, stamp_ns)),
+                (ODOM, Odometry, odometry_to_raw(frame.odometry, stamp_ns, frame_id='odom')),
+            )
         }
 
     def hand(self, messages: dict[str, Any]) -> None:
@@ -127,10 +131,10 @@ def test_messages_that_cannot_be_used_make_no_pose_and_one_diagnostic(
         spoil(messages)
         bench.hand(messages)
     assert bench.pose.sent == []
-    (array,) = bench.diagnostics.sent
-    (status,) = array.status
+    (raw,) = bench.diagnostics.sent
+    (status,) = statuses_from_raw(raw)
     assert status.message.startswith(reason)
-    assert status.level == status.WARN
+    assert status.level == WARN
 
 
 def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> None:
@@ -167,7 +171,7 @@ def test_viewers_get_a_dot_for_each_led_seen(bench: Bench) -> None:
     assert len(heard) == len(seen.sent) == 3
     for marker, raw in zip(heard, seen.sent, strict=True):
         message = deserialize_message(raw, PolygonStamped)
-        leds = [led for led in landmarks_from_msg(message) if led is not None]
+        leds = [led for led in landmarks_from_raw(raw) if led is not None]
         assert marker.header == message.header
         assert [(dot.x, dot.y) for dot in marker.points] == [
             (pytest.approx(led.u_px, abs=1e-3), pytest.approx(led.v_px, abs=1e-3)) for led in leds

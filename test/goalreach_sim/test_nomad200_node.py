@@ -13,8 +13,7 @@ import pytest
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage, LaserScan
 
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, SENSOR_QOS, stamp_from_msg
 from ros_robot import RobotGraph, robot_graph
 
 pytestmark = pytest.mark.graph

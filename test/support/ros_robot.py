@@ -16,13 +16,14 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg, twist_to_msg
-from goalreach_msgs_py.ros.sensor_messages import head_to_msg, odometry_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.pose_messages import odometry_from_raw, twist_to_raw
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
+from goalreach_msgs_py.sensor_messages import head_to_raw
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 import graphs
 
@@ -114,11 +115,11 @@ class RobotGraph:
 
     @property
     def pose(self) -> Pose2:
-        return odometry_from_msg(self.truth[-1]).pose
+        return odometry_from_raw(serialize_message(self.truth[-1])).pose
 
     @property
     def speed_m_per_s(self) -> float:
-        return odometry_from_msg(self.truth[-1]).twist.linear_m_per_s
+        return odometry_from_raw(serialize_message(self.truth[-1])).twist.linear_m_per_s
 
     def wait(self, condition: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
         assert self.serve_until(condition, limit_s), self.log
@@ -138,11 +139,11 @@ class RobotGraph:
 
     def drive(self, linear_m_per_s: float, steering_rad_per_s: float, stamp_ns: int) -> None:
         twist = Twist2(linear_m_per_s=linear_m_per_s, steering_rad_per_s=steering_rad_per_s)
-        self._drive.publish(twist_to_msg(twist, stamp_ns))
+        self._drive.publish(twist_to_raw(twist, stamp_ns))
 
     def turn_head(self, stamp_ns: int, pan_rad: float = 0.0) -> None:
         head = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0)
-        self._head.publish(head_to_msg(head, stamp_ns))
+        self._head.publish(head_to_raw(head, stamp_ns))
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         client = self.node.create_client(service_type, name)

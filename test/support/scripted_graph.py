@@ -18,18 +18,17 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, Lase
 
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.ros.common_messages import header
-from goalreach_msgs_py.ros.learning_messages import transition_to_msg
-from goalreach_msgs_py.ros.raw_camera import camera_to_raw, image_to_raw
-from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw, state_to_raw
-from goalreach_msgs_py.ros.raw_robot import (
+from goalreach_msgs_py.diagnostic_messages import state_to_raw, transition_to_raw
+from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_to_raw, twist_to_raw
+from goalreach_msgs_py.ros.messaging import DEEP_QOS, header
+from goalreach_msgs_py.sensor_messages import (
     bumpers_to_raw,
+    camera_to_raw,
     clock_to_raw,
     head_to_raw,
-    odometry_to_raw,
-    twist_to_raw,
+    image_to_raw,
+    landmarks_to_raw,
 )
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
@@ -114,7 +113,7 @@ class ScriptedGraph:
 
     def publish_transition(self, tick: int, transition: Transition) -> None:
         """Publish a finished action with the stamp of a tick."""
-        self._transitions.publish(transition_to_msg(transition, tick * PERIOD_NS))
+        self._transitions.publish(transition_to_raw(transition, tick * PERIOD_NS))
 
     def spin_once(self) -> None:
         """Serve what is due."""

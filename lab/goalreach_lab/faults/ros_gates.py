@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 import heapq
 import itertools
 import struct
@@ -19,11 +20,10 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
 from goalreach_lab.faults.observer import StackObserver
-from goalreach_msgs_py.ros.common_messages import MessageError, stamp_from_msg, twist_from_msg
-from goalreach_msgs_py.ros.estimate_messages import state_from_msg
-from goalreach_msgs_py.ros.learning_messages import transition_from_msg
-from goalreach_msgs_py.ros.sensor_messages import odometry_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.cdr import MessageError, stamp_of
+from goalreach_msgs_py.diagnostic_messages import state_from_raw, transition_from_raw
+from goalreach_msgs_py.pose_messages import odometry_from_raw, twist_from_raw
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.topics import (
     BUMPERS,
     CAMERA_INFO,
@@ -180,24 +180,23 @@ def observe_graph(node: Node, observer: StackObserver, *, gated: bool) -> None:
         gated: Whether commands pass a gate before they reach the robot.
     """
 
-    def on_truth(message: Odometry) -> None:
-        stamp_ns = stamp_from_msg(message.header.stamp)
-        observer.on_truth(stamp_ns, odometry_from_msg(message), wall_s=time.monotonic())
+    def on_truth(raw: bytes) -> None:
+        observer.on_truth(stamp_of(raw), odometry_from_raw(raw), wall_s=time.monotonic())
 
-    def on_dated_truth(message: Odometry, info: Mapping[str, int]) -> None:
-        observer.sent_ns[stamp_from_msg(message.header.stamp)] = info['source_timestamp']
-        on_truth(message)
+    def on_dated_truth(raw: bytes, info: Mapping[str, int]) -> None:
+        observer.sent_ns[stamp_of(raw)] = info['source_timestamp']
+        on_truth(raw)
 
-    def on_state(message: DiagnosticArray) -> None:
-        observer.on_state(stamp_from_msg(message.header.stamp), state_from_msg(message))
+    def on_state(raw: bytes) -> None:
+        observer.on_state(stamp_of(raw), state_from_raw(raw))
 
-    def on_command(message: TwistStamped) -> None:
+    def on_command(raw: bytes) -> None:
         try:
-            observer.on_command(stamp_from_msg(message.header.stamp), twist_from_msg(message))
+            observer.on_command(stamp_of(raw), twist_from_raw(raw))
         except MessageError as error:
             observer.lines.append(f'command: {error}')
 
-    create = node.create_subscription
+    create = partial(node.create_subscription, raw=True)
     # EventsExecutor, which gates need for their speed, does not give the message info.
     create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
     create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
@@ -206,8 +205,8 @@ def observe_graph(node: Node, observer: StackObserver, *, gated: bool) -> None:
 
 
 def _observe_reports(node: Node, observer: StackObserver) -> None:
-    def on_action(message: DiagnosticArray) -> None:
-        observer.paths_ended += transition_from_msg(message).outcome is not None
+    def on_action(raw: bytes) -> None:
+        observer.paths_ended += transition_from_raw(raw).outcome is not None
 
     def on_log(message: Log) -> None:
         observer.lines.append(f'{message.name}: {message.msg}')
@@ -219,6 +218,6 @@ def _observe_reports(node: Node, observer: StackObserver) -> None:
                 observer.lines.append(f'{status.name}: {status.message} ({values})')
 
     create = node.create_subscription
-    create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS)
+    create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS, raw=True)
     create(Log, '/rosout', on_log, _DEEP_QOS)
     create(DiagnosticArray, DIAGNOSTICS, on_diagnostics, _DEEP_QOS)

@@ -25,8 +25,7 @@ from goalreach_lab.faults.ros_gates import PREFIX
 from goalreach_lab.rigs.stack import start_command
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.common_messages import stamp_to_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
 from goalreach_msgs_py.topics import CMD_VEL, LANDMARKS, PAUSE_SERVICE, RESET_SERVICE, ROBOT
 
 _ANSWER_S: Final = 10.0

@@ -9,8 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
+from nav_msgs.msg import Odometry
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
+from std_msgs.msg import Float64MultiArray
 
 from goalreach_lab.fuzz.configurations import configuration_readers
 from goalreach_lab.fuzz.reader import InvalidAcceptedError, Reader, require_finite
@@ -19,32 +23,33 @@ from goalreach_learning.controller import GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.ros.common_messages import twist_from_msg, twist_to_msg
-from goalreach_msgs_py.ros.estimate_messages import (
-    estimate_from_msg,
-    estimate_to_msg,
-    landmarks_from_msg,
-    landmarks_to_msg,
-    state_from_msg,
-    state_to_msg,
+from goalreach_msgs_py.diagnostic_messages import (
+    q_table_from_raw,
+    q_table_to_raw,
+    state_from_raw,
+    state_to_raw,
+    transition_from_raw,
+    transition_to_raw,
 )
-from goalreach_msgs_py.ros.learning_messages import (
-    q_table_from_msg,
-    q_table_to_msg,
-    transition_from_msg,
-    transition_to_msg,
+from goalreach_msgs_py.pose_messages import (
+    estimate_from_raw,
+    estimate_to_raw,
+    odometry_from_raw,
+    odometry_to_raw,
+    twist_from_raw,
+    twist_to_raw,
 )
-from goalreach_msgs_py.ros.sensor_messages import (
-    bumpers_from_msg,
-    bumpers_to_msg,
-    camera_from_msg,
-    camera_to_msg,
-    head_from_msg,
-    head_to_msg,
-    image_from_msg,
-    image_to_msg,
-    odometry_from_msg,
-    odometry_to_msg,
+from goalreach_msgs_py.sensor_messages import (
+    bumpers_from_raw,
+    bumpers_to_raw,
+    camera_from_raw,
+    camera_to_raw,
+    head_from_raw,
+    head_to_raw,
+    image_from_raw,
+    image_to_raw,
+    landmarks_from_raw,
+    landmarks_to_raw,
 )
 from goalreach_msgs_py.values import LandmarkObservation, RegionState, Transition, Twist2
 from goalreach_perception.localizer import LandmarkLocalizer
@@ -56,6 +61,7 @@ from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
 
 _STAMP: Final = 40_000_000
+_TWIST: Final = Twist2(linear_m_per_s=0.1, steering_rad_per_s=0.1)
 _FLOATS: Final = (
     0.0, -0.0, 1.0, -1.0, math.pi, 1e-320, 1e9, -1e9, 1e16, 1e300, -1e300, 1.7e308, math.nan,
     math.inf, -math.inf,
@@ -81,24 +87,23 @@ def all_readers(folder: Path) -> list[Reader]:
 def message_readers() -> list[Reader]:
     """Return the readers of every message, and the cores behind the nodes."""
     frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
-    pairs: list[tuple[str, Any, Callable[[Any], object]]] = [
-        ('Odometry', odometry_to_msg(frame.odometry, _STAMP, frame_id='odom'), odometry_from_msg),
-        ('JointState', head_to_msg(frame.joints, _STAMP), head_from_msg),
-        ('CameraInfo', camera_to_msg(frame.camera, _STAMP), camera_from_msg),
-        ('Image', image_to_msg(frame.image[:8, :8].copy(), _STAMP), image_from_msg),
-        (
-            'LaserScan of bumpers',
-            bumpers_to_msg(frame.bumpers, _STAMP, body_radius_m=0.2, scan_time_s=0.04),
-            bumpers_from_msg,
-        ),
-        ('TwistStamped', twist_to_msg(frame.odometry.twist, _STAMP), twist_from_msg),
-        ('pose', estimate_to_msg(_estimate(), _STAMP), estimate_from_msg),
-        ('landmarks', _landmarks(), landmarks_from_msg),
-        ('state', state_to_msg(_state(), _STAMP), state_from_msg),
-        ('transition', _transition(), transition_from_msg),
-        ('Q-table', q_table_to_msg(np.zeros((3, 3, 8))), q_table_from_msg),
+    odometry = odometry_to_raw(frame.odometry, _STAMP, frame_id='odom')
+    bumpers = bumpers_to_raw(frame.bumpers, _STAMP, body_radius_m=0.2, scan_time_s=0.04)
+    estimate = estimate_to_raw(_estimate(), _STAMP)
+    q_table = q_table_to_raw(np.zeros((3, 3, 8)))
+    readers = [
+        _message('Odometry', Odometry, odometry, odometry_from_raw),
+        _message('JointState', JointState, head_to_raw(frame.joints, _STAMP), head_from_raw),
+        _message('CameraInfo', CameraInfo, camera_to_raw(frame.camera, _STAMP), camera_from_raw),
+        _message('Image', Image, image_to_raw(frame.image[:8, :8], _STAMP), image_from_raw),
+        _message('LaserScan of bumpers', LaserScan, bumpers, bumpers_from_raw),
+        _message('TwistStamped', TwistStamped, twist_to_raw(_TWIST, _STAMP), twist_from_raw),
+        _message('pose', PoseWithCovarianceStamped, estimate, estimate_from_raw),
+        _message('landmarks', PolygonStamped, _landmarks(), landmarks_from_raw),
+        _message('state', DiagnosticArray, state_to_raw(_state(), _STAMP), state_from_raw),
+        _message('transition', DiagnosticArray, _transition(), transition_from_raw),
+        _message('Q-table', Float64MultiArray, q_table, q_table_from_raw),
     ]
-    readers = [_message(name, valid, read) for name, valid, read in pairs]
     return [*readers, localizer_reader(), estimator_reader(), controller_reader(), robot_reader()]
 
 
@@ -107,26 +112,28 @@ def _estimate() -> Any:
     return localizer._uniform  # noqa: SLF001 - any valid pose
 
 
-def _landmarks() -> Any:
+def _landmarks() -> bytes:
     seen = LandmarkObservation(u_px=10.0, v_px=20.0, peak_dn=200.0)
-    return landmarks_to_msg((seen, None, seen), _STAMP)
+    return landmarks_to_raw((seen, None, seen), _STAMP)
 
 
 def _state() -> RegionState:
     return StateEstimator(StateEstimatorConfig()).estimate(_estimate())
 
 
-def _transition() -> DiagnosticArray:
+def _transition() -> bytes:
     transition = Transition(
         state=(0, 1), action=3, reward=0.0, next_state=(1, 1), temperature=0.5, trial=1, path=2,
         outcome=None,
     )  # fmt: skip
-    return transition_to_msg(transition, _STAMP)
+    return transition_to_raw(transition, _STAMP)
 
 
-def _message(name: str, valid: Any, read: Callable[[Any], object]) -> Reader:
+def _message(
+    name: str, message_type: type[Any], valid: bytes, read: Callable[[bytes], object]
+) -> Reader:
     def attempt(rng: np.random.Generator) -> object:
-        found = read(mutate_message(valid, rng))
+        found = read(mutate_message(valid, message_type, rng))
         if name != 'landmarks':  # NaN marks an LED that is not seen
             require_finite(found, name)
         return found
@@ -141,19 +148,20 @@ def localizer_reader() -> Reader:
     localizer, monitor = LandmarkLocalizer(config), SensorMonitor(config)
     ticks = iter(range(1, 2**62))
     valid = {
-        'joints': head_to_msg(frame.joints, _STAMP),
-        'odometry': odometry_to_msg(frame.odometry, _STAMP, frame_id='odom'),
-        'camera': camera_to_msg(frame.camera, _STAMP),
-        'image': image_to_msg(frame.image, _STAMP),
+        'joints': (JointState, head_to_raw(frame.joints, _STAMP)),
+        'odometry': (Odometry, odometry_to_raw(frame.odometry, _STAMP, frame_id='odom')),
+        'camera': (CameraInfo, camera_to_raw(frame.camera, _STAMP)),
+        'image': (Image, image_to_raw(frame.image, _STAMP)),
     }
 
     def attempt(rng: np.random.Generator) -> object:
         bad = list(valid)[rng.integers(4)]
-        messages = {n: mutate_message(m, rng) if n == bad else m for n, m in valid.items()}
+        messages = {name: raw for name, (_, raw) in valid.items()}
+        messages[bad] = mutate_message(messages[bad], valid[bad][0], rng)
         time_ns = next(ticks) * _STAMP
-        image, camera = image_from_msg(messages['image']), camera_from_msg(messages['camera'])
-        joints = head_from_msg(messages['joints'])
-        odometry = odometry_from_msg(messages['odometry'])
+        image, camera = image_from_raw(messages['image']), camera_from_raw(messages['camera'])
+        joints = head_from_raw(messages['joints'])
+        odometry = odometry_from_raw(messages['odometry'])
         output = localizer.process(
             time_ns=time_ns, image=image, camera=camera, joints=joints, odometry=odometry
         )
@@ -173,11 +181,12 @@ def estimator_reader() -> Reader:
     """Return the core of the estimator, fed with mutated poses."""
     estimator, valid = (
         StateEstimator(StateEstimatorConfig()),
-        estimate_to_msg(uniform_estimate(3.0, 5.0), _STAMP),
+        estimate_to_raw(uniform_estimate(3.0, 5.0), _STAMP),
     )
 
     def attempt(rng: np.random.Generator) -> object:
-        state = estimator.estimate(estimate_from_msg(mutate_message(valid, rng)))
+        raw = mutate_message(valid, PoseWithCovarianceStamped, rng)
+        state = estimator.estimate(estimate_from_raw(raw))
         require_finite(state, 'state')
         if abs(sum(state.mu_x) - 1.0) > 1e-6 or not 0.0 <= state.goal_probability <= 1.0:  # noqa: PLR2004
             raise InvalidAcceptedError(f'{state}')
@@ -192,7 +201,7 @@ def controller_reader() -> Reader:
     policy = Policy.unlearned(Arena().regions)
     controller = GoalReachingController(ControllerConfig(), policy, np.random.default_rng(0))
     valid, ticks = (
-        state_to_msg(estimator.estimate(uniform_estimate(3.0, 5.0)), _STAMP),
+        state_to_raw(estimator.estimate(uniform_estimate(3.0, 5.0)), _STAMP),
         iter(range(1, 2**62)),
     )
 
@@ -200,7 +209,7 @@ def controller_reader() -> Reader:
         tick = next(ticks)
         if tick % 50 == 1:
             controller.begin_path(start=None, path=tick, trial=0)
-        state = state_from_msg(mutate_message(valid, rng))
+        state = state_from_raw(mutate_message(valid, DiagnosticArray, rng))
         step = controller.step(time_ns=tick * _STAMP, state=state, bumped=False)
         require_finite(step.command, 'command')
         return step
@@ -211,14 +220,14 @@ def controller_reader() -> Reader:
 def robot_reader() -> Reader:
     """Return the core of the robot, fed with mutated commands."""
     simulator = Simulator(SimulatorConfig(), np.random.default_rng(0))
-    twist = twist_to_msg(Twist2(linear_m_per_s=0.1, steering_rad_per_s=0.1), _STAMP)
-    head = head_to_msg(simulator.sense().joints, _STAMP)
+    twist = twist_to_raw(_TWIST, _STAMP)
+    head = head_to_raw(simulator.sense().joints, _STAMP)
 
     def attempt(rng: np.random.Generator) -> object:
         if rng.random() < 0.5:  # noqa: PLR2004
-            simulator.command_drive(twist_from_msg(mutate_message(twist, rng)))
+            simulator.command_drive(twist_from_raw(mutate_message(twist, TwistStamped, rng)))
         else:
-            simulator.command_head(head_from_msg(mutate_message(head, rng)))
+            simulator.command_head(head_from_raw(mutate_message(head, JointState, rng)))
         simulator.advance()
         require_finite(simulator.robot.truth, 'truth')
         require_finite(simulator.robot.turret_joint_rad, 'turret')
@@ -227,12 +236,22 @@ def robot_reader() -> Reader:
     return Reader(name='robot, from messages', attempt=attempt)
 
 
-def mutate_message(valid: Any, rng: np.random.Generator) -> Any:
-    """Return a copy of a message with one to three wrong values that fit its type."""
-    message = _copy(valid)
-    for _ in range(int(rng.integers(1, 4))):
-        _mutate(message, rng)
-    return message
+def mutate_message(valid: bytes, message_type: type[Any], rng: np.random.Generator) -> bytes:
+    """Return a message with one to three wrong values that fit its type.
+
+    Args:
+        valid: The message, serialized.
+        message_type: Its type.
+        rng: Source of the mutations.
+    """
+    while True:
+        message = deserialize_message(valid, message_type)
+        for _ in range(int(rng.integers(1, 4))):
+            _mutate(message, rng)
+        try:
+            return bytes(serialize_message(message))
+        except Exception:  # noqa: BLE001, S112 - rclpy cannot send what does not fit its type
+            continue
 
 
 def _mutate(message: Any, rng: np.random.Generator) -> None:
@@ -284,7 +303,3 @@ def _mutate_sequence(value: Any, rng: np.random.Generator) -> None:
         del value[index]
     else:
         value.append(element)
-
-
-def _copy(message: Any) -> Any:
-    return deserialize_message(serialize_message(message), type(message))

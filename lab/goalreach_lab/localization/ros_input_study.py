@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Sequence
 import copy
 from dataclasses import replace
@@ -11,21 +12,22 @@ import re
 from typing import Any, Final
 
 import numpy as np
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Case, Result, Study, per_case
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.noise import noise_preset
-from goalreach_msgs_py.ros.common_messages import MessageError
-from goalreach_msgs_py.ros.sensor_messages import (
-    camera_from_msg,
-    camera_to_msg,
-    head_from_msg,
-    head_to_msg,
-    image_from_msg,
-    image_to_msg,
-    odometry_from_msg,
-    odometry_to_msg,
+from goalreach_msgs_py.pose_messages import odometry_from_raw, odometry_to_raw
+from goalreach_msgs_py.sensor_messages import (
+    camera_from_raw,
+    camera_to_raw,
+    head_from_raw,
+    head_to_raw,
+    image_from_raw,
+    image_to_raw,
 )
 from goalreach_msgs_py.values import Twist2
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -154,29 +156,36 @@ def refused_messages(frame: SensorFrame) -> dict[str, str]:
     Args:
         frame: The values of the messages but for the one that is made invalid.
     """
-    image = image_to_msg(frame.image, 0)
-    camera = camera_to_msg(frame.camera, 0)
-    joints = head_to_msg(frame.joints, 0)
+    image = image_to_raw(frame.image, 0)
+    camera = camera_to_raw(frame.camera, 0)
+    joints = head_to_raw(frame.joints, 0)
     bad = _odometry(frame, x_m=math.nan)['odometry']
-    cases: dict[str, tuple[Callable[[Any], object], object]] = {
-        'encoding rgb8': (image_from_msg, _changed(image, encoding='rgb8')),
-        'encoding mono16': (image_from_msg, _changed(image, encoding='mono16')),
-        'data cut off': (image_from_msg, _changed(image, data=image.data[:1000])),
-        'image of width 0': (image_from_msg, _changed(image, width=0)),
-        'lens without focal length': (camera_from_msg, _changed(camera, k=np.zeros(9))),
-        'NaN in a joint state': (head_from_msg, _changed(joints, position=[0.0, math.nan, 0.0])),
-        'joint missing': (head_from_msg, _changed(joints, name=['pan_joint'], position=[0.0])),
-        'NaN in odometry': (odometry_from_msg, odometry_to_msg(bad, 0, frame_id='odom')),
+    few = _changed(joints, JointState, name=['pan_joint'], position=[0.0])
+    nan = _changed(joints, JointState, position=[0.0, math.nan, 0.0])
+    cases: dict[str, tuple[Callable[[bytes], object], bytes]] = {
+        'encoding rgb8': (image_from_raw, _changed(image, Image, encoding='rgb8')),
+        'encoding mono16': (image_from_raw, _changed(image, Image, encoding='mono16')),
+        'data cut off': (image_from_raw, _changed(image, Image, data=array('B', bytes(1000)))),
+        'image of width 0': (image_from_raw, _changed(image, Image, width=0)),
+        'lens without focal length': (
+            camera_from_raw,
+            _changed(camera, CameraInfo, k=np.zeros(9)),
+        ),
+        'NaN in a joint state': (head_from_raw, nan),
+        'joint missing': (head_from_raw, few),
+        'NaN in odometry': (odometry_from_raw, odometry_to_raw(bad, 0, frame_id='odom')),
     }
     return {name: _refusal(convert, message) for name, (convert, message) in cases.items()}
 
 
-def _changed(message: Any, **fields: object) -> Any:
-    values = {name: getattr(message, name) for name in message.get_fields_and_field_types()}
-    return type(message)(**{**values, **fields})
+def _changed(raw: bytes, message_type: type[Any], **fields: object) -> bytes:
+    message = deserialize_message(raw, message_type)
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return bytes(serialize_message(message))
 
 
-def _refusal(convert: Callable[[Any], object], message: object) -> str:
+def _refusal(convert: Callable[[bytes], object], message: bytes) -> str:
     try:
         convert(message)
     except MessageError as error:

@@ -23,9 +23,9 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo
 
+from goalreach_msgs_py.pose_messages import twist_from_raw
+from goalreach_msgs_py.ros.messaging import DEEP_QOS, SENSOR_QOS, subscribe_raw
 from goalreach_msgs_py.ros.node import end_with_launcher
-from goalreach_msgs_py.ros.raw_robot import twist_from_raw
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, SENSOR_QOS, subscribe_raw
 from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL
 from goalreach_msgs_py.values import Twist2
 

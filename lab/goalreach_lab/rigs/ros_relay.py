@@ -13,26 +13,34 @@ import sys
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 import numpy as np
 from rclpy.clock import Clock as RosClock
 from rclpy.clock import ClockType
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg, twist_to_msg
-from goalreach_msgs_py.ros.estimate_messages import estimate_to_msg, landmarks_to_msg, state_to_msg
-from goalreach_msgs_py.ros.node import run_nodes
-from goalreach_msgs_py.ros.sensor_messages import (
-    bumpers_to_msg,
-    camera_to_msg,
-    head_to_msg,
-    image_to_msg,
-    odometry_to_msg,
+from goalreach_msgs_py.diagnostic_messages import state_to_raw
+from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_to_raw, twist_to_raw
+from goalreach_msgs_py.ros.messaging import (
+    DEEP_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    stamp_from_msg,
+    stamp_to_msg,
 )
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros.node import run_nodes
+from goalreach_msgs_py.sensor_messages import (
+    bumpers_to_raw,
+    camera_to_raw,
+    clock_to_raw,
+    head_to_raw,
+    image_to_raw,
+    landmarks_to_raw,
+)
 from goalreach_msgs_py.topics import (
     BUMPERS,
     CAMERA_INFO,
@@ -74,9 +82,10 @@ class _Relay(Node):
         super().__init__(name)
         self._out: list[tuple[Any, Any]] = []
 
-    def add_output(self, topic: str, message: Any, qos: Any = RELIABLE_QOS) -> None:
-        """Add a message to every answer."""
-        self._out.append((self.create_publisher(type(message), topic, qos), message))
+    def add_output(self, topic: str, kind: type[Any], raw: bytes, qos: Any = RELIABLE_QOS) -> None:
+        """Add a message to every answer, as an object."""
+        message = deserialize_message(raw, kind)
+        self._out.append((self.create_publisher(kind, topic, qos), message))
 
     def subscribe(
         self,
@@ -111,14 +120,16 @@ class _Robot(_Relay):
         super().__init__('nomad200')
         frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
         odometry = Odometry(pose=_POSE, twist=_TWIST)
-        self.add_output(CLOCK, Clock())
-        self.add_output(GROUND_TRUTH, odometry_to_msg(odometry, 0, frame_id='map'), DEEP_QOS)
-        self.add_output(ODOM, odometry_to_msg(odometry, 0, frame_id='odom'))
-        self.add_output(JOINT_STATES, head_to_msg(_HEAD, 0))
-        bumpers = bumpers_to_msg(frame.bumpers, 0, body_radius_m=0.2, scan_time_s=0.04)
-        self.add_output(BUMPERS, bumpers)
-        self.add_output(CAMERA_INFO, camera_to_msg(frame.camera, 0), SENSOR_QOS)
-        self.add_output(IMAGE, image_to_msg(frame.image, 0), SENSOR_QOS)
+        self.add_output(CLOCK, Clock, clock_to_raw(0))
+        self.add_output(
+            GROUND_TRUTH, OdometryMsg, odometry_to_raw(odometry, 0, frame_id='map'), DEEP_QOS
+        )
+        self.add_output(ODOM, OdometryMsg, odometry_to_raw(odometry, 0, frame_id='odom'))
+        self.add_output(JOINT_STATES, JointState, head_to_raw(_HEAD, 0))
+        bumpers = bumpers_to_raw(frame.bumpers, 0, body_radius_m=0.2, scan_time_s=0.04)
+        self.add_output(BUMPERS, LaserScan, bumpers)
+        self.add_output(CAMERA_INFO, CameraInfo, camera_to_raw(frame.camera, 0), SENSOR_QOS)
+        self.add_output(IMAGE, Image, image_to_raw(frame.image, 0), SENSOR_QOS)
         self._missing: set[str] = set()
         self._stamp_ns = 0
         self._polls = 0
@@ -149,9 +160,13 @@ class _Robot(_Relay):
 
 def _localizer() -> _Relay:
     node = _Relay('landmark_localizer')
-    node.add_output(POSE, estimate_to_msg(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0))
-    node.add_output(HEAD_COMMAND, head_to_msg(_HEAD, 0))
-    node.add_output(LANDMARKS, landmarks_to_msg([None] * 3, 0))
+    node.add_output(
+        POSE,
+        PoseWithCovarianceStamped,
+        estimate_to_raw(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0),
+    )
+    node.add_output(HEAD_COMMAND, JointState, head_to_raw(_HEAD, 0))
+    node.add_output(LANDMARKS, PolygonStamped, landmarks_to_raw([None] * 3, 0))
     node.subscribe(CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
     node.subscribe(JOINT_STATES, JointState)
     node.subscribe(ODOM, OdometryMsg)
@@ -169,7 +184,7 @@ def _estimator() -> _Relay:
         goal_probability=1.4142135623730951e-5,
         confidence=Confidence.OK,
     )
-    node.add_output(STATE, state_to_msg(state, 0), DEEP_QOS)
+    node.add_output(STATE, DiagnosticArray, state_to_raw(state, 0), DEEP_QOS)
     node.subscribe(CLOCK, Clock)
     node.subscribe(POSE, PoseWithCovarianceStamped, node.answer)
     return node
@@ -177,7 +192,7 @@ def _estimator() -> _Relay:
 
 def _controller() -> _Relay:
     node = _Relay('goal_reaching_controller')
-    node.add_output(CMD_VEL, twist_to_msg(_TWIST, 0))
+    node.add_output(CMD_VEL, TwistStamped, twist_to_raw(_TWIST, 0))
     node.subscribe(BUMPERS, LaserScan)
     node.subscribe(STATE, DiagnosticArray, node.answer)
     return node

@@ -21,8 +21,8 @@ from rosgraph_msgs.msg import Clock
 from goalreach_dashboard.ros.subscriptions import PolledSubscription
 from goalreach_lab.rigs.stack import Stack, free_domains
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.messaging import stamp_from_msg
 from goalreach_msgs_py.topics import CLOCK
 from goalreach_sim.pacing import REPORT_S
 

@@ -17,7 +17,6 @@ from typing import Final
 
 import numpy as np
 
-from goalreach_bags.decode import stamp_of
 from goalreach_bags.options import StorageOptions
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import LOST_KEY, TICK_TOPICS
@@ -29,6 +28,7 @@ from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.processes import CpuMeter, descendants_of, holdings_of
 from goalreach_lab.rigs.stack import Stack, free_domains
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.options import option
 

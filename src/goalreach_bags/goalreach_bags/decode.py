@@ -14,7 +14,6 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from goalreach_bags.topic import BagTopic
-from goalreach_msgs_py import cdr
 from goalreach_msgs_py.errors import GoalreachError
 
 _HASH: Final = 'RIHS01_'
@@ -238,15 +237,3 @@ def begins_with_stamp(type_name: str, message_class: Any) -> bool:  # noqa: ANN4
     """
     fields = list(message_class.get_fields_and_field_types().values())
     return type_name == _CLOCK or (bool(fields) and fields[0] == 'std_msgs/Header')
-
-
-def stamp_of(data: bytes) -> int:
-    """Return the stamp at the beginning of a CDR message, nanoseconds.
-
-    Raises:
-        ValueError: The message is too short.
-    """
-    stamp_ns = cdr.stamp_of(data)
-    if stamp_ns is None:
-        raise ValueError('too short for a stamp')
-    return stamp_ns

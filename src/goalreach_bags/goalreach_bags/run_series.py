@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 import yaml
 
-from goalreach_bags.decode import Decoder, stamp_of
+from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, RegionConfig, parse_region
 

@@ -21,18 +21,22 @@ from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.ros.placement import ConditionWait, RobotPlacement
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.diagnostic_messages import q_table_to_raw, state_from_raw, transition_to_raw
 from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.pose_messages import path_to_raw, twist_to_raw
 from goalreach_msgs_py.regions import RegionConfig, region_name
 from goalreach_msgs_py.ros.acknowledgement import is_subscribed
-from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.ros.input_watch import InputReporter
-from goalreach_msgs_py.ros.learning_messages import path_to_msg, q_table_to_msg, transition_to_msg
+from goalreach_msgs_py.ros.messaging import (
+    DEEP_QOS,
+    LATCHED_QOS,
+    RELIABLE_QOS,
+    StampedReply,
+    subscribe_raw,
+)
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
-from goalreach_msgs_py.ros.raw_estimates import state_from_raw
-from goalreach_msgs_py.ros.raw_robot import bumpers_from_raw, twist_to_raw
-from goalreach_msgs_py.ros.stamped_reply import StampedReply
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.sensor_messages import bumpers_from_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
@@ -78,15 +82,17 @@ class GoalReachingControllerNode(Node):
         )
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
-        self._q_table.publish(q_table_to_msg(self._controller.policy.q))
+        self._q_table.publish(q_table_to_raw(self._controller.policy.q))
         self._next_path = self._mission.first_path
         self._driving = False
         self._finished = False
         self._busy = False
         self._trail: list[tuple[int, Pose2]] = []
         self._ticks = self._pressed_ticks = 0
-        subscribe_raw(self, DiagnosticArray, STATE, self._collector(STATE), RELIABLE_QOS)
-        subscribe_raw(self, LaserScan, BUMPERS, self._collector(BUMPERS), RELIABLE_QOS)
+        on_state = self._collector(STATE, state_from_raw)
+        on_bumpers = self._collector(BUMPERS, bumpers_from_raw)
+        subscribe_raw(self, DiagnosticArray, STATE, on_state, RELIABLE_QOS)
+        subscribe_raw(self, LaserScan, BUMPERS, on_bumpers, RELIABLE_QOS)
 
     def _policy(self, rng: np.random.Generator, *, learn: bool) -> Policy:
         if self._mission.policy:
@@ -116,20 +122,16 @@ class GoalReachingControllerNode(Node):
     def _on_config(self, config: ControllerConfig) -> None:
         self._controller.config = config
 
-    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+    def _collector(
+        self, topic: str, from_raw: Callable[[bytes], object]
+    ) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.heard(topic, stamp_ns)
-            inputs = self._inputs.add(topic, stamp_ns, raw)
+            inputs = self._inputs.add(topic, stamp_ns, from_raw(raw))
             if inputs is None or self._busy or not self._reply.begin(stamp_ns):
                 return
-            try:
-                state = state_from_raw(inputs[STATE])
-                bumpers = bumpers_from_raw(inputs[BUMPERS])
-            except MessageError as error:
-                self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE_S)
-                return
-            self._note_bumpers(bumpers)
-            self._process(stamp_ns, state, bumped=any(bumpers))
+            self._note_bumpers(inputs[BUMPERS])
+            self._process(stamp_ns, inputs[STATE], bumped=any(inputs[BUMPERS]))
 
         return collect
 
@@ -155,9 +157,9 @@ class GoalReachingControllerNode(Node):
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
         self._report(stamp_ns, state)
         if step.policy_changed:
-            self._reply.send(self._q_table, q_table_to_msg(self._controller.policy.q))
+            self._reply.send(self._q_table, q_table_to_raw(self._controller.policy.q))
         if step.transition is not None:
-            self._reply.send(self._transitions, transition_to_msg(step.transition, stamp_ns))
+            self._reply.send(self._transitions, transition_to_raw(step.transition, stamp_ns))
             if step.transition.outcome is not None:
                 self._keep(step.transition.path)
                 self._begin_next_path(stamp_ns)
@@ -197,7 +199,7 @@ class GoalReachingControllerNode(Node):
         if self._ticks % _POSE_TICKS == 0:
             self._trail.append((stamp_ns, state.pose))
         if self._ticks % _PATH_TICKS == 0 and self._path.get_subscription_count():
-            self._reply.send(self._path, path_to_msg(self._trail, stamp_ns))
+            self._reply.send(self._path, path_to_raw(self._trail, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,
             f'path {self._next_path}',

@@ -1,145 +1,221 @@
-"""Messages of one size in CDR, the encoding of DDS: numbers at known places among fixed bytes.
+"""CDR, the encoding of ROS 2 messages: fields in order, aligned to their size, either byte order.
 
-To build an object of a generated message class, or to have rclpy fill one, costs ten times as much
-as the same numbers packed where CDR has them. What goes over the wire is the same.
+`CdrWriter` and `CdrReader` are what the `x_to_raw` and `x_from_raw` conversions are made of. They
+pass numbers straight between values and bytes, without a message object in between.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from functools import lru_cache
 import struct
 from typing import Any
 
-LITTLE_ENDIAN = b'\x00\x01\x00\x00'
-"""What precedes a message that is encoded as here."""
-
-STAMP_END = 12
-"""A message of ours begins with its stamp; here it ends."""
-
-PADDING = 4
-"""DDS may lengthen a message to the next multiple of this many bytes."""
+from goalreach_msgs_py.errors import GoalreachError, one_line
 
 _NS_PER_S = 1_000_000_000
-_ORIGIN = _STAMP_AT = len(LITTLE_ENDIAN)
-_LENGTH = struct.Struct('<I')
-_LITTLE_STAMP = struct.Struct('<iI')
-_BIG_STAMP = struct.Struct('>iI')
+_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+_ORIGIN = len(_LITTLE_ENDIAN)
+"""Alignment counts from here."""
+_PADDING = (b'', b'\0\0\0', b'\0\0', b'\0')
+"""What aligns a text, by the remainder of the length before it divided by four."""
+_STAMP = struct.Struct('<iI')
+_STAMP_END = _ORIGIN + _STAMP.size
 
 
-@dataclass(frozen=True)
-class Run:
-    """Numbers of one kind in a row that differ from message to message.
+class MessageError(GoalreachError):
+    """A message whose content cannot be used; the text names field and value."""
 
-    Attributes:
-        numbers: Their format for `struct`, as '7d'.
-    """
-
-    numbers: str
+    def __init__(self, text: str) -> None:
+        """Keep the text to one line: what came over the wire may be long."""
+        super().__init__(one_line(text))
 
 
-class Fixed(Run):
-    """Numbers that are the same in every message.
+@lru_cache
+def _little(numbers: str) -> tuple[struct.Struct, int]:
+    """Return the packer of some numbers, and the size to which the first is aligned."""
+    return struct.Struct(f'<{numbers}'), struct.calcsize(f'={numbers[-1]}')
+
+
+@lru_cache
+def _big(numbers: str) -> tuple[struct.Struct, int]:
+    return struct.Struct(f'>{numbers}'), _little(numbers)[1]
+
+
+_LAYOUTS = {b'\x00\x00': _big, b'\x00\x01': _little}
+_LENGTH = _little('I')[0]
+
+
+class CdrWriter:
+    """Appends the fields of one message, little endian.
 
     Args:
-        numbers: Their format for `struct`.
-        values: The numbers.
-    """
+        stamp_ns: Stamp with which the message begins, nanoseconds; None where it has none.
+        frame_id: Frame that completes the header, or None where the message has no header.
 
-    def __init__(self, numbers: str, *values: float) -> None:
-        """Keep the numbers."""
-        super().__init__(numbers)
-        self.values = values
-
-
-class CdrLayout:
-    """Where the numbers of a message are that begins with a stamp and never changes its size.
-
-    Args:
-        fields: What follows the stamp: texts, fixed numbers and runs.
-
-    Attributes:
-        template: A message with zeros for stamp and runs.
-
-    >>> layout = CdrLayout('map', Run('2d'))
-    >>> layout.unpack(layout.pack(5, (1.0, 2.0)))
+    >>> writer = CdrWriter(stamp_ns=5, frame_id='map')
+    >>> writer.numbers('2d', 1.0, 2.0)
+    >>> CdrReader(writer.raw()).numbers('2d')
     (1.0, 2.0)
     """
 
-    def __init__(self, *fields: str | Run) -> None:
-        """Lay the fields out."""
-        self._runs: list[tuple[struct.Struct, int]] = []
-        self._fixed: list[tuple[int, bytes]] = []
-        raw = bytearray(LITTLE_ENDIAN.ljust(STAMP_END, b'\0'))
-        begin = STAMP_END
-        for field in fields:
-            if isinstance(field, str):
-                _align(raw, _LENGTH.size)
-                raw += _LENGTH.pack(len(field.encode()) + 1) + field.encode() + b'\0'
-                continue
-            _align(raw, struct.calcsize(f'<{field.numbers[-1]}'))
-            packer = struct.Struct(f'<{field.numbers}')
-            if isinstance(field, Fixed):
-                raw += packer.pack(*field.values)
-                continue
-            self._runs.append((packer, len(raw)))
-            self._fixed.append((begin, bytes(raw[begin:])))
-            raw += bytes(packer.size)
-            begin = len(raw)
-        self._fixed.append((begin, bytes(raw[begin:])))
-        self.template = bytes(raw)
+    def __init__(self, stamp_ns: int | None = None, frame_id: str | None = None) -> None:
+        """Begin with the stamp and the frame."""
+        self._raw = bytearray(_LITTLE_ENDIAN)
+        if stamp_ns is not None:
+            self._raw += _STAMP.pack(*divmod(stamp_ns, _NS_PER_S))
+        if frame_id is not None:
+            self.text(frame_id)
 
-    def pack(self, stamp_ns: int, *runs: Iterable[float]) -> bytes:
-        """Return the message with that stamp and these numbers, run by run."""
-        raw = bytearray(self.template)
-        set_stamp(raw, stamp_ns)
-        for (packer, at), numbers in zip(self._runs, runs, strict=True):
-            packer.pack_into(raw, at, *numbers)
-        return bytes(raw)
-
-    def fits(self, raw: bytes, more: int = 0) -> bool:
-        """Return whether a message is the template, but for stamp and runs.
+    def numbers(self, numbers: str, *values: float) -> None:
+        """Append numbers of one kind.
 
         Args:
-            raw: The message.
-            more: How many bytes should follow what is laid out.
+            numbers: Their count and kind as `struct` writes them, for example '7d'.
+            values: The numbers.
         """
-        return (
-            0 <= len(raw) - len(self.template) - more < PADDING
-            and raw.startswith(LITTLE_ENDIAN)
-            and all(raw.startswith(part, at) for at, part in self._fixed)
-        )
+        packer, size = _little(numbers)
+        self._align(size)
+        self._raw += packer.pack(*values)
 
-    def unpack(self, raw: bytes, run: int = 0) -> tuple[Any, ...]:
-        """Return the numbers of one run of a message that fits."""
-        packer, at = self._runs[run]
-        return packer.unpack_from(raw, at)
+    def zeros(self, numbers: str) -> None:
+        """Append numbers that are all zero, described as in `numbers`."""
+        packer, size = _little(numbers)
+        self._align(size)
+        self._raw += bytes(packer.size)
 
+    def text(self, *texts: str) -> None:
+        """Append texts."""
+        raw = self._raw
+        for text in texts:
+            body = text.encode()
+            raw += _PADDING[len(raw) % 4]
+            raw += _LENGTH.pack(len(body) + 1)
+            raw += body
+            raw.append(0)
 
-def _align(raw: bytearray, size: int) -> None:
-    raw += bytes(-(len(raw) - _ORIGIN) % size)
+    def stamp(self, stamp_ns: int) -> None:
+        """Append a stamp."""
+        self.numbers('iI', *divmod(stamp_ns, _NS_PER_S))
 
+    def raw(self, data: bytes | memoryview = b'') -> bytes:
+        """Return the message, with bytes appended to it as they are."""
+        return b''.join((self._raw, data))
 
-def pack_text(text: str) -> bytes:
-    """Return a text: its length, itself, and zeros up to a multiple of four bytes."""
-    body = text.encode()
-    return _LENGTH.pack(len(body) + 1) + body + bytes(4 - len(body) % 4)
-
-
-def set_stamp(raw: bytearray, stamp_ns: int) -> None:
-    """Write the stamp of a message that begins with it."""
-    _LITTLE_STAMP.pack_into(raw, _STAMP_AT, *divmod(stamp_ns, _NS_PER_S))
-
-
-def stamp_of(raw: bytes) -> int | None:
-    """Return the stamp of a message that begins with it, ns; None where it is too short."""
-    if len(raw) < STAMP_END:
-        return None
-    stamp = _LITTLE_STAMP if raw[1] & 1 else _BIG_STAMP
-    sec, nanosec = stamp.unpack_from(raw, _STAMP_AT)
-    return int(sec * _NS_PER_S + nanosec)
+    def _align(self, size: int) -> None:
+        missing = (_ORIGIN - len(self._raw)) % size
+        if missing:
+            self._raw += bytes(missing)
 
 
-def without_stamp(raw: bytes) -> bytes:
-    """Return a message with the stamp 0, so that messages which are otherwise the same are so."""
-    return raw[:_STAMP_AT] + bytes(STAMP_END - _STAMP_AT) + raw[STAMP_END:]
+class CdrReader:
+    """Reads the fields of one message in their order; its sender may use either byte order.
+
+    Args:
+        raw: The message.
+        has_header: Whether it begins with a header, which is then skipped.
+
+    Raises:
+        MessageError: By every method, where the message ends too early or is not plain CDR.
+    """
+
+    def __init__(self, raw: bytes, *, has_header: bool = True) -> None:
+        """Begin after the header."""
+        layout = _LAYOUTS.get(raw[:2])
+        if layout is None:
+            raise MessageError(f'a message of {len(raw)} bytes that is not plain CDR')
+        self._raw = raw
+        self._layout = layout
+        self._at = _ORIGIN
+        if has_header:
+            self._at = _STAMP_END
+            self.skip_text()
+
+    def numbers(self, numbers: str) -> tuple[Any, ...]:
+        """Return numbers of one kind, described as in `CdrWriter.numbers`."""
+        packer, size = self._layout(numbers)
+        at = self._at + (_ORIGIN - self._at) % size
+        self._at = at + packer.size
+        try:
+            return packer.unpack_from(self._raw, at)
+        except struct.error:
+            raise self._truncated() from None
+
+    def skip(self, numbers: str) -> None:
+        """Pass over numbers of one kind."""
+        packer, size = self._layout(numbers)
+        self._at += (_ORIGIN - self._at) % size + packer.size
+        if self._at > len(self._raw):
+            raise self._truncated()
+
+    def skip_text(self) -> None:
+        """Pass over a text."""
+        (size,) = self.numbers('I')
+        self._at += size
+
+    def count(self, least: int = 1) -> int:
+        """Return the length of a sequence.
+
+        Args:
+            least: Bytes that each element takes at least: no longer sequence fits the message.
+        """
+        (count,) = self.numbers('I')
+        if count * least > len(self._raw) - self._at:
+            raise self._truncated()
+        return int(count)
+
+    def sequence(self, kind: str) -> tuple[Any, ...]:
+        """Return a sequence of numbers of one kind, for example 'd'."""
+        count = self.count()
+        return self.numbers(f'{count}{kind}') if count else ()
+
+    def data(self) -> memoryview:
+        """Return a sequence of bytes, which shares the memory of the message."""
+        size = self.count()
+        self._at += size
+        return memoryview(self._raw)[self._at - size : self._at]
+
+    def text(self) -> str:
+        """Return a text."""
+        (text,) = self.texts(1)
+        return text
+
+    def texts(self, count: int) -> list[str]:
+        """Return several texts that follow one another."""
+        raw, at, texts = self._raw, self._at, []
+        length = self._layout('I')[0]
+        try:
+            for _ in range(count):
+                at += -at % 4
+                (size,) = length.unpack_from(raw, at)
+                begin, at = at + 4, at + 4 + size
+                if not size or at > len(raw):
+                    raise self._truncated()
+                texts.append(raw[begin : at - 1].decode())
+        except struct.error:
+            raise self._truncated() from None
+        except UnicodeDecodeError:
+            raise MessageError('a text that is not UTF-8') from None
+        self._at = at
+        return texts
+
+    def stamp(self) -> int:
+        """Return a stamp, nanoseconds."""
+        sec, nanosec = self.numbers('iI')
+        return int(sec * _NS_PER_S + nanosec)
+
+    def _truncated(self) -> MessageError:
+        return MessageError(f'a message of {len(self._raw)} bytes, which is too short')
+
+
+def stamp_of(raw: bytes) -> int:
+    """Return the stamp of a message that begins with one, nanoseconds.
+
+    Raises:
+        MessageError: It is too short to have one.
+    """
+    return CdrReader(raw, has_header=False).stamp()
+
+
+def with_stamp(raw: bytes, stamp_ns: int) -> bytes:
+    """Return a little-endian message that begins with a stamp, with another stamp."""
+    return b''.join((raw[:_ORIGIN], _STAMP.pack(*divmod(stamp_ns, _NS_PER_S)), raw[_STAMP_END:]))

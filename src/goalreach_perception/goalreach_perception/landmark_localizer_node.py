@@ -11,17 +11,27 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_from_raw
 from goalreach_msgs_py.ros.input_watch import InputReporter
+from goalreach_msgs_py.ros.messaging import (
+    NEWEST_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    StampedReply,
+    subscribe_raw,
+)
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
-from goalreach_msgs_py.ros.raw_camera import camera_from_raw, image_from_raw
-from goalreach_msgs_py.ros.raw_estimates import estimate_to_raw, landmarks_to_raw
-from goalreach_msgs_py.ros.raw_robot import head_from_raw, head_to_raw, odometry_from_raw
-from goalreach_msgs_py.ros.stamped_reply import StampedReply
-from goalreach_msgs_py.ros.subscribe_raw import NEWEST_QOS, RELIABLE_QOS, SENSOR_QOS, subscribe_raw
 from goalreach_msgs_py.ros.transforms import TransformPublisher, map_to_odom
+from goalreach_msgs_py.sensor_messages import (
+    camera_from_raw,
+    head_from_raw,
+    head_to_raw,
+    image_from_raw,
+    landmarks_to_raw,
+)
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     CAMERA_INFO,

@@ -7,20 +7,18 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
+from goalreach_msgs_py.diagnostic_messages import state_to_raw
+from goalreach_msgs_py.pose_messages import estimate_from_raw
 from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.ros.input_watch import InputReporter
+from goalreach_msgs_py.ros.messaging import DEEP_QOS, RELIABLE_QOS, StampedReply, subscribe_raw
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
-from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw, state_to_raw
-from goalreach_msgs_py.ros.stamped_reply import StampedReply
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
 from goalreach_msgs_py.values import Confidence
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
 
 _NAME = 'state_estimator'
-_THROTTLE_S = 5.0
 
 
 class StateEstimatorNode(Node):
@@ -63,12 +61,8 @@ class StateEstimatorNode(Node):
         self._reporter.heard(POSE, stamp_ns)
         if not self._reply.begin(stamp_ns):
             return
-        try:
-            pose = estimate_from_raw(raw)
-            state = self._estimator.estimate(pose, age_s=self._age_s(stamp_ns))
-        except MessageError as error:
-            self.get_logger().error(f'{POSE}: {error}', throttle_duration_sec=_THROTTLE_S)
-            return
+        pose = estimate_from_raw(raw)
+        state = self._estimator.estimate(pose, age_s=self._age_s(stamp_ns))
         self._reply.send(self._state, state_to_raw(state, stamp_ns))
         self._diagnostics.tick(
             stamp_ns,

@@ -15,12 +15,12 @@ from visualization_msgs.msg import MarkerArray
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.pose_messages import twist_from_raw
 from goalreach_msgs_py.regions import RegionConfig
-from goalreach_msgs_py.ros.common_messages import MessageError
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
-from goalreach_msgs_py.ros.raw_robot import head_from_raw, twist_from_raw
-from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.sensor_messages import head_from_raw
 from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
@@ -37,7 +37,6 @@ from goalreach_sim.simulator_config import (
 
 _NAME = 'nomad200'
 CommandT = TypeVar('CommandT')
-_THROTTLE_S = 5.0
 
 
 class Nomad200Node(Node):
@@ -127,11 +126,7 @@ class Nomad200Node(Node):
         """Subscribe to commands, of which those that guard and clock accept are executed."""
 
         def on_command(stamp_ns: int, raw: bytes) -> None:
-            try:
-                command = decode(raw)
-            except MessageError as error:
-                self.get_logger().error(f'{topic}: {error}', throttle_duration_sec=_THROTTLE_S)
-                return
+            command = decode(raw)
             if self._guard.accepts(topic, stamp_ns) and self._tick_clock.accepts(topic, stamp_ns):
                 execute(command, stamp_ns)
                 self._tick_clock.answered(topic)

@@ -14,8 +14,7 @@ from rclpy.qos import QoSProfile
 from goalreach_bringup.launch.plan import resume_parameters
 from goalreach_bringup.launch.referee import Progress
 from goalreach_lab.rigs.processes import find_descendant
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
 from goalreach_msgs_py.topics import NODES
 from goalreach_msgs_py.values import Pose2
 import graphs

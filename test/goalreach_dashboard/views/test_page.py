@@ -16,8 +16,8 @@ from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_dashboard.views.decision import decide
 from goalreach_dashboard.views.page import page_view
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.regions import memberships
-from goalreach_msgs_py.ros.common_messages import MessageError
 from goalreach_msgs_py.topics import (
     CLOCK,
     CMD_VEL,

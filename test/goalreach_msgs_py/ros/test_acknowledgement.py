@@ -8,7 +8,7 @@ from goalreach_msgs_py.ros.acknowledgement import (
     Acknowledger,
     is_subscribed,
 )
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS
+from goalreach_msgs_py.ros.messaging import DEEP_QOS
 from goalreach_msgs_py.topics import TRANSITION
 import graphs
 

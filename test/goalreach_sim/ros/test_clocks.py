@@ -13,7 +13,7 @@ import pytest
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS, SENSOR_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, SENSOR_QOS
 import graphs
 from ros_robot import LIMIT_S, RobotGraph, node_process, robot_graph
 

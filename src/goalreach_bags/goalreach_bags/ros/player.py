@@ -27,11 +27,10 @@ from goalreach_bags.reader import BagMessage, BagReader
 from goalreach_bags.ros.channels import publisher_profile
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
-from goalreach_msgs_py.ros.common_messages import stamp_to_msg
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
 from goalreach_msgs_py.ros.node import StopRequest
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import CLOCK
 
 _NS_PER_S = 1_000_000_000

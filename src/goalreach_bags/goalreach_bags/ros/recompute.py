@@ -17,12 +17,13 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_bags.compare import OUTPUTS, SENSORS, Recomputation, TopicResult
-from goalreach_bags.decode import Decoder, stamp_of
+from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
 from goalreach_bags.ros.channels import publisher_profile
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
+from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile

@@ -15,7 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.status import Status
 
-from goalreach_bags.decode import Canonical, stamp_of
+from goalreach_bags.decode import Canonical
 from goalreach_bags.options import RecordOptions
 from goalreach_bags.recording import (
     PARAMETERS_KEY,
@@ -27,6 +27,7 @@ from goalreach_bags.ros.channels import Arrival, Channels
 from goalreach_bags.storage import BagStoppedError
 from goalreach_bags.tick_order import TickOrder
 from goalreach_bags.writer import BagWriter
+from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
 from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher

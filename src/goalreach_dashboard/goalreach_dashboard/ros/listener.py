@@ -19,16 +19,22 @@ from std_msgs.msg import Float64MultiArray
 from goalreach_dashboard.ros.subscriptions import (
     CameraReader,
     PolledSubscription,
-    landmarks_from_raw,
-    stamp_ns_of,
 )
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py import topics
-from goalreach_msgs_py.ros.common_messages import MessageError, stamp_from_msg
-from goalreach_msgs_py.ros.learning_messages import q_table_from_msg, transition_from_msg
-from goalreach_msgs_py.ros.raw_camera import camera_from_raw
-from goalreach_msgs_py.ros.raw_estimates import estimate_from_raw, state_from_raw
-from goalreach_msgs_py.ros.raw_robot import bumpers_from_raw, head_from_raw, odometry_from_raw
+from goalreach_msgs_py.cdr import MessageError, stamp_of
+from goalreach_msgs_py.diagnostic_messages import (
+    q_table_from_raw,
+    state_from_raw,
+    transition_from_raw,
+)
+from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
+from goalreach_msgs_py.sensor_messages import (
+    bumpers_from_raw,
+    camera_from_raw,
+    head_from_raw,
+    landmarks_from_raw,
+)
 from goalreach_msgs_py.values import Transition
 
 _BUMP_SHOWN_S: Final = 0.6
@@ -68,9 +74,11 @@ class GraphListener:
         self._node = node
         self._state = state
         self._transitions = PolledSubscription(
-            node, DiagnosticArray, topics.TRANSITION, depth=500, reliable=True
+            node, DiagnosticArray, topics.TRANSITION, depth=500, reliable=True, raw=True
         )
-        self._q_table = PolledSubscription(node, Float64MultiArray, topics.Q_TABLE, latched=True)
+        self._q_table = PolledSubscription(
+            node, Float64MultiArray, topics.Q_TABLE, latched=True, raw=True
+        )
         self._watched: tuple[PolledSubscription, ...] = ()
         self._camera: CameraReader | None = None
         self._pending: deque[tuple[float, int, Transition]] = deque()
@@ -110,10 +118,10 @@ class GraphListener:
         """Take what has arrived; messages that cannot be used are logged and skipped."""
         received = {each.topic: self._take(each) for each in self._watched}
         # Taken after the truth and added before it: a true pose that is dropped next still counts.
-        for message in self._take(self._transitions):
-            self._guard(self._on_transition, message)
-        for message in self._take(self._q_table):
-            self._guard(self._on_q_table, message)
+        for raw in self._take(self._transitions):
+            self._guard(self._on_transition, raw)
+        for raw in self._take(self._q_table):
+            self._guard(self._on_q_table, raw)
         for topic, handler in self._handlers:
             for raw in received.get(topic, ()):
                 self._guard(handler, raw)
@@ -147,12 +155,12 @@ class GraphListener:
             self._record(camera.subscription)
 
     def _on_clock(self, raw: bytes) -> None:
-        self._state.clock_ns = stamp_ns_of(raw)
+        self._state.clock_ns = stamp_of(raw)
 
     def _on_truth(self, raw: bytes) -> None:
         """Add a true pose, and at once the transitions of its stamp: the next may be elsewhere."""
-        stamp_ns = stamp_ns_of(raw)
-        pose = odometry_from_raw(raw, frame_id=topics.MAP_FRAME).pose
+        stamp_ns = stamp_of(raw)
+        pose = odometry_from_raw(raw).pose
         self._state.poses.add_truth(stamp_ns, pose)
         self._add_transitions(stamp_ns)
 
@@ -167,7 +175,7 @@ class GraphListener:
             self._state.add_transition(stamp_ns, transition)
 
     def _on_odometry(self, raw: bytes) -> None:
-        self._state.poses.add_odometry(stamp_ns_of(raw), odometry_from_raw(raw).pose)
+        self._state.poses.add_odometry(stamp_of(raw), odometry_from_raw(raw).pose)
 
     def _on_joints(self, raw: bytes) -> None:
         self._state.head = head_from_raw(raw)
@@ -196,15 +204,14 @@ class GraphListener:
 
     def _on_poses(self, poses: list[bytes]) -> None:
         """Add the newest pose that can be compared with the truth, else the newest."""
-        stamped = [(stamp_ns_of(raw), raw) for raw in poses]
+        stamped = [(stamp_of(raw), raw) for raw in poses]
         compared = [each for each in stamped if self._state.poses.truth_at(each[0]) is not None]
         for stamp_ns, raw in (compared or stamped)[-1:]:
             self._state.add_estimate(stamp_ns, estimate_from_raw(raw))
 
-    def _on_transition(self, message: DiagnosticArray) -> None:
-        stamp_ns = stamp_from_msg(message.header.stamp)
-        self._pending.append((time.monotonic(), stamp_ns, transition_from_msg(message)))
+    def _on_transition(self, raw: bytes) -> None:
+        self._pending.append((time.monotonic(), stamp_of(raw), transition_from_raw(raw)))
         self._add_transitions(self._state.poses.truth_ns)
 
-    def _on_q_table(self, message: Float64MultiArray) -> None:
-        self._state.set_q_table(q_table_from_msg(message))
+    def _on_q_table(self, raw: bytes) -> None:
+        self._state.set_q_table(q_table_from_raw(raw))

@@ -14,7 +14,6 @@ import time
 from typing import Any, Final
 
 import cv2
-from geometry_msgs.msg import PolygonStamped
 import numpy as np
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -22,11 +21,12 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from goalreach_dashboard.state import CameraPicture, Landmarks
 from goalreach_msgs_py import topics
-from goalreach_msgs_py.cdr import stamp_of
-from goalreach_msgs_py.ros.common_messages import MessageError
-from goalreach_msgs_py.ros.estimate_messages import landmarks_from_msg
-from goalreach_msgs_py.ros.raw_camera import image_from_raw
-from goalreach_msgs_py.ros.subscribe_raw import read_message
+from goalreach_msgs_py.cdr import MessageError, stamp_of
+from goalreach_msgs_py.sensor_messages import (
+    compressed_image_from_raw,
+    image_from_raw,
+    landmarks_from_raw,
+)
 
 
 class PolledSubscription:
@@ -163,7 +163,7 @@ class CameraReader:
 
     def add_landmarks(self, raw: bytes) -> None:
         """Keep detections until the image of their stamp arrives."""
-        self._landmarks[stamp_ns_of(raw)] = raw
+        self._landmarks[stamp_of(raw)] = raw
         while len(self._landmarks) > _LANDMARK_STAMPS:
             self._landmarks.popitem(last=False)
 
@@ -182,7 +182,7 @@ class CameraReader:
         raw = self._image
         if raw is None:
             return None
-        stamp_ns = stamp_ns_of(raw)
+        stamp_ns = stamp_of(raw)
         landmarks = self._landmarks.get(stamp_ns)
         if landmarks is None and now_s - self._image_s < _LANDMARK_TIMEOUT_S:
             return None
@@ -201,31 +201,10 @@ class CameraReader:
 
     def _encoded(self, raw: bytes) -> bytes:
         if self.subscription.topic == topics.COMPRESSED_IMAGE:
-            return bytes(read_message(raw, CompressedImage).data)
+            return compressed_image_from_raw(raw)
         quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
         return bytes(cv2.imencode('.jpg', image_from_raw(raw), quality)[1])
 
     def close(self) -> None:
         """Unsubscribe."""
         self.subscription.close()
-
-
-def landmarks_from_raw(raw: bytes) -> Landmarks:
-    """Return the detections of a geometry_msgs/PolygonStamped.
-
-    Raises:
-        MessageError: It cannot be read.
-    """
-    return landmarks_from_msg(read_message(raw, PolygonStamped))
-
-
-def stamp_ns_of(raw: bytes) -> int:
-    """Return the stamp of a message.
-
-    Raises:
-        MessageError: It is too short to have one.
-    """
-    stamp_ns = stamp_of(raw)
-    if stamp_ns is None:
-        raise MessageError(f'a message of {len(raw)} bytes')
-    return stamp_ns

@@ -16,8 +16,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg, stamp_to_msg
-from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, stamp_from_msg, stamp_to_msg
 from goalreach_msgs_py.topics import acknowledgement_topic
 
 _WINDOW_KEY: Final = 'window_ticks'

@@ -11,7 +11,7 @@ import sys
 import time
 from types import FrameType
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
@@ -19,10 +19,10 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, status_to_raw
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
-from goalreach_msgs_py.ros.common_messages import stamp_to_msg
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 from goalreach_msgs_py.ros.parameters import warn_of_unknown_parameters
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
 from goalreach_msgs_py.topics import DIAGNOSTICS
 
 _PERIOD_S = 10.0
@@ -97,16 +97,14 @@ class Diagnostics:
         self._ticks += 1
         if self._ticks % _DIAGNOSTICS_TICKS != 1:
             return
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.OK if ok else DiagnosticStatus.WARN,
+        status = Status(
+            level=OK if ok else WARN,
             name=self._name,
             message=message,
             hardware_id=self._name,
-            values=[KeyValue(key=key, value=str(value)) for key, value in values().items()],
+            values={key: str(value) for key, value in values().items()},
         )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = stamp_to_msg(stamp_ns)
-        self._publisher.publish(array)
+        self._publisher.publish(status_to_raw(status, stamp_ns))
 
 
 def run_nodes(

@@ -14,7 +14,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.ros.messaging import header
 from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, CAMERA_FRAME, MAP_FRAME, ODOM_FRAME
 from goalreach_msgs_py.values import HeadAngles, Pose2
 

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import ImageMarker
 
-from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.ros.messaging import header
 from goalreach_msgs_py.topics import CAMERA_FRAME
 from goalreach_msgs_py.values import LandmarkObservation
 

@@ -12,8 +12,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from goalreach_msgs_py.ros.acknowledgement import AcknowledgementGate
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import RELIABLE_QOS
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import (
     BUMPERS,
     CAMERA_INFO,
@@ -238,15 +237,12 @@ class LockstepClock:
             return
         self._follows_chain = True
 
-        def note_pose(message: PoseWithCovarianceStamped) -> None:
-            self._answered_ns[POSE] = stamp_from_msg(message.header.stamp)
+        for message_type, topic in ((PoseWithCovarianceStamped, POSE), (DiagnosticArray, STATE)):
 
-        def note_state(message: DiagnosticArray) -> None:
-            self._answered_ns[STATE] = stamp_from_msg(message.header.stamp)
+            def note(stamp_ns: int, _raw: bytes, topic: str = topic) -> None:
+                self._answered_ns[topic] = stamp_ns
 
-        create = self._node.create_subscription
-        create(PoseWithCovarianceStamped, POSE, note_pose, RELIABLE_QOS)
-        create(DiagnosticArray, STATE, note_state, RELIABLE_QOS)
+            subscribe_raw(self._node, message_type, topic, note, RELIABLE_QOS)
 
     def _name_silent(self, now_s: float) -> None:
         self._named_s = now_s

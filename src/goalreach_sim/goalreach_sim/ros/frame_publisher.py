@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 import math
 import time
 
@@ -14,25 +13,29 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, LaserScan
 
-from goalreach_msgs_py.ros.common_messages import header
-from goalreach_msgs_py.ros.raw_camera import camera_to_raw, image_to_raw
-from goalreach_msgs_py.ros.raw_robot import (
-    bumpers_to_raw,
-    clock_to_raw,
-    head_to_raw,
-    odometry_to_raw,
+from goalreach_msgs_py.pose_messages import odometry_to_raw
+from goalreach_msgs_py.ros.messaging import (
+    DEEP_QOS,
+    RELIABLE_QOS,
+    SENSOR_QOS,
+    StampedReply,
 )
-from goalreach_msgs_py.ros.stamped_reply import StampedReply
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, RELIABLE_QOS, SENSOR_QOS
 from goalreach_msgs_py.ros.transforms import (
     TransformPublisher,
     head_transforms,
     odometry_transforms,
     optical_transform,
 )
+from goalreach_msgs_py.sensor_messages import (
+    bumpers_to_raw,
+    camera_to_raw,
+    clock_to_raw,
+    compressed_image_to_raw,
+    head_to_raw,
+    image_to_raw,
+)
 from goalreach_msgs_py.topics import (
     BUMPERS,
-    CAMERA_FRAME,
     CAMERA_INFO,
     CLOCK,
     COMPRESSED_IMAGE,
@@ -77,10 +80,7 @@ class CompressedImagePublisher:
             return
         self._published_s = now_s
         _, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        data = array('B', jpeg.tobytes())
-        self._publisher.publish(
-            CompressedImage(header=header(stamp_ns, CAMERA_FRAME), format='jpeg', data=data)
-        )
+        self._publisher.publish(compressed_image_to_raw(jpeg.tobytes(), stamp_ns))
 
 
 class FramePublisher:

@@ -8,7 +8,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.ros.common_messages import header
+from goalreach_msgs_py.ros.messaging import header
 from goalreach_msgs_py.topics import MAP_FRAME
 from goalreach_sim.simulator_config import SimulatorConfig
 

@@ -11,11 +11,10 @@ from rclpy.executors import SingleThreadedExecutor
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_evaluation.path_metrics import PathResult
 from goalreach_learning.policy import Policy
+from goalreach_msgs_py.diagnostic_messages import state_to_raw, transition_to_raw
+from goalreach_msgs_py.pose_messages import odometry_to_raw
 from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.ros.estimate_messages import state_to_msg
-from goalreach_msgs_py.ros.learning_messages import transition_to_msg
-from goalreach_msgs_py.ros.sensor_messages import odometry_to_msg
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS
+from goalreach_msgs_py.ros.messaging import DEEP_QOS
 from goalreach_msgs_py.topics import GROUND_TRUTH, MAP_FRAME, STATE, TRANSITION
 from goalreach_msgs_py.values import (
     Confidence,
@@ -85,12 +84,12 @@ def test_it_listens_to_ends_once_it_hears_ticks_and_judges_what_it_hears(
             return all(publisher.get_subscription_count() for publisher in matched)
 
         assert serve_until(lambda: served(listening=0), 10.0)
-        truths.publish(odometry_to_msg(TRUTH, 40, frame_id=MAP_FRAME))
+        truths.publish(odometry_to_raw(TRUTH, 40, frame_id=MAP_FRAME))
         executor.spin_once(timeout_sec=0.1)
         assert not transitions.get_subscription_count()
-        states.publish(state_to_msg(STATE_AT_START, 40))
+        states.publish(state_to_raw(STATE_AT_START, 40))
         assert serve_until(lambda: served(listening=1), 10.0)
-        transitions.publish(transition_to_msg(end_of_path(path), 40))
+        transitions.publish(transition_to_raw(end_of_path(path), 40))
         assert serve_until(lambda: served(listening=1) and bool(results), 10.0)
     assert [result.outcome for result in results] == ['goal']
     assert monitor.unjudged == path

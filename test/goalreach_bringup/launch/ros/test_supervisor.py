@@ -20,16 +20,15 @@ import psutil
 import pytest
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from goalreach_lab.rigs.processes import descendants_of, find_descendant
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.estimate_messages import state_from_msg
-from goalreach_msgs_py.ros.learning_messages import transition_from_msg
-from goalreach_msgs_py.ros.subscribe_raw import LATCHED_QOS, RELIABLE_QOS
+from goalreach_msgs_py.diagnostic_messages import state_from_raw, transition_from_raw
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RELIABLE_QOS, stamp_from_msg
 from goalreach_msgs_py.topics import NODES
 from goalreach_msgs_py.values import PathOutcome
 import graphs
@@ -155,7 +154,9 @@ def check_content(heard: dict[str, list[Any]]) -> None:
     assert [d.size for d in heard['/q_learning/q_table'][-1].layout.dim] == [3, 3, 8]
     assert heard['/arena/markers'][-1].markers
     assert heard['/path'][-1].poses
-    transitions = [transition_from_msg(m) for m in heard['/q_learning/transition']]
+    transitions = [
+        transition_from_raw(serialize_message(m)) for m in heard['/q_learning/transition']
+    ]
     # Of the ends of four paths an onlooker may miss the last ones; see `check_stamps`.
     ends = [t for t in transitions if t.outcome is not None]
     assert ends
@@ -163,7 +164,7 @@ def check_content(heard: dict[str, list[Any]]) -> None:
     last_path = [t for t in transitions if t.path == ends[-1].path]
     for earlier, later in itertools.pairwise(last_path):
         assert earlier.next_state == later.state
-    memberships = [state_from_msg(message) for message in heard['/state']]
+    memberships = [state_from_raw(serialize_message(message)) for message in heard['/state']]
     assert all(abs(sum(state.mu_x) - 1.0) < 1e-9 for state in memberships)
 
 

@@ -11,7 +11,6 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 from std_msgs.msg import Float64MultiArray
 
 from goalreach_bringup.launch.referee import Progress, Referee
@@ -19,16 +18,17 @@ from goalreach_bringup.launch.tick_log import Tick
 from goalreach_evaluation.path_metrics import PathResult
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
+from goalreach_msgs_py.diagnostic_messages import (
+    q_table_from_raw,
+    state_from_raw,
+    transition_from_raw,
+)
+from goalreach_msgs_py.pose_messages import odometry_from_raw
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
-from goalreach_msgs_py.ros.common_messages import stamp_from_msg
-from goalreach_msgs_py.ros.learning_messages import q_table_from_msg, transition_from_msg
-from goalreach_msgs_py.ros.raw_estimates import state_from_raw
-from goalreach_msgs_py.ros.raw_robot import odometry_from_raw
-from goalreach_msgs_py.ros.subscribe_raw import DEEP_QOS, LATCHED_QOS, subscribe_raw
+from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, subscribe_raw
 from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     GROUND_TRUTH,
-    MAP_FRAME,
     MONITOR,
     Q_TABLE,
     STATE,
@@ -84,8 +84,10 @@ class RunMonitor(Node):
         self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
         for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
             subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
-        self._transitions: Subscription[DiagnosticArray] | None = None
-        self.create_subscription(Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS)
+        self._listening = False
+        self.create_subscription(
+            Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS, raw=True
+        )
         self._acknowledger = Acknowledger(self, window_ticks=_WINDOW_TICKS)
         self._ticks = 0
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -124,10 +126,9 @@ class RunMonitor(Node):
 
     def _listen(self) -> None:
         """Listen to the ends of paths, now that their ticks are heard."""
-        if self._transitions is None:
-            self._transitions = self.create_subscription(
-                DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS
-            )
+        if not self._listening:
+            self._listening = True
+            subscribe_raw(self, DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
 
     def _on_tick(self, stamp_ns: int, truth: bytes, raw_state: bytes) -> None:
         state = state_from_raw(raw_state)
@@ -144,11 +145,10 @@ class RunMonitor(Node):
         for result in self._referee.add_tick(tick):
             self._on_path(result)
 
-    def _on_action(self, message: DiagnosticArray) -> None:
-        transition = transition_from_msg(message)
+    def _on_action(self, stamp_ns: int, raw: bytes) -> None:
+        transition = transition_from_raw(raw)
         if transition.outcome is None:
             return
-        stamp_ns = stamp_from_msg(message.header.stamp)
         for result in self._referee.add_outcome(stamp_ns, transition.path, transition.outcome):
             self._on_path(result)
 
@@ -160,12 +160,12 @@ class RunMonitor(Node):
             for result in self._referee.settle():
                 self._on_path(result)
 
-    def _on_q_table(self, message: Float64MultiArray) -> None:
-        q = q_table_from_msg(message)
+    def _on_q_table(self, raw: bytes) -> None:
+        q = q_table_from_raw(raw)
         if not np.array_equal(q, self._policy.q):
             tried = (q != 0).astype(np.int64)
             self._policy = replace(self._policy, q=q, visits=tried)
 
 
 def _truth(raw: bytes) -> Pose2:
-    return odometry_from_raw(raw, frame_id=MAP_FRAME).pose
+    return odometry_from_raw(raw).pose
