@@ -23,8 +23,7 @@ def test_outcomes_are_counted_and_goals_judged_by_the_truth() -> None:
     paths.add(ended(PathOutcome.GOAL), in_goal=False)
     paths.add(ended(PathOutcome.BUMP), in_goal=False)
     paths.add(ended(PathOutcome.TIMEOUT), in_goal=False)
-    counted = (paths.total, paths.goals, paths.false_goals, paths.bumps, paths.timeouts)
-    assert counted == (5, 2, 1, 1, 1)
+    assert paths.outcomes == {'goal': 2, 'false-goal': 1, 'bump': 1, 'timeout': 1}
     assert paths.curve[-1] == (1, 2 / 5)
 
 
@@ -43,7 +42,7 @@ def test_the_curve_never_goes_back() -> None:
     for path in (0, 1, 2, 1, 2, 3):
         paths.add(ended(PathOutcome.GOAL, path), in_goal=True)
     assert [number for number, _ in paths.curve] == [1, 2, 3, 4]
-    assert paths.total == 6
+    assert paths.outcomes.total() == 6
 
 
 def test_the_curve_is_bounded() -> None:
@@ -51,4 +50,4 @@ def test_the_curve_is_bounded() -> None:
     for path in range(20_000):
         paths.add(ended(PathOutcome.GOAL, path), in_goal=True)
     assert 250 <= len(paths.curve) <= 600
-    assert paths.total == 20_000
+    assert paths.outcomes.total() == 20_000

@@ -18,11 +18,11 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from goalreach_dashboard.ros.subscriptions import PolledSubscription
+from goalreach_dashboard.ros.subscriptions import PolledSubscription, best_effort
 from goalreach_lab.rigs.stack import Stack, free_domains
+from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
-from goalreach_msgs_py.ros.messaging import stamp_from_msg
 from goalreach_msgs_py.topics import CLOCK
 from goalreach_sim.pacing import REPORT_S
 
@@ -46,13 +46,13 @@ class RunClock:
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self._node = Node('run_clock', context=self._context, enable_rosout=False)
-        self._subscription = PolledSubscription(self._node, Clock, CLOCK)
+        self._subscription = PolledSubscription(self._node, Clock, CLOCK, best_effort(1))
         self._now_s = 0.0
 
     def now_s(self) -> float:
         """Return simulated seconds by the newest tick; 0 before the first."""
-        for message in self._subscription.take():
-            self._now_s = stamp_from_msg(message.clock) * 1e-9
+        for raw in self._subscription.take():
+            self._now_s = stamp_of(raw) * 1e-9
         return self._now_s
 
     def wait_until(self, clock_s: float, limit_s: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import math
@@ -49,11 +49,9 @@ class PathStatistics:
     """Counts finished paths and the share of goals among the last 22 of them.
 
     Attributes:
-        total: Paths finished since the page started.
-        goals: Paths declared at the goal, truly in it where the truth is known.
-        false_goals: Paths declared at the goal with the robot outside.
-        bumps: Paths that ended at a wall.
-        timeouts: Paths that took too long.
+        outcomes: Finished paths by outcome since the page started: those declared at the goal
+            count as `goal` where the robot was truly in it or the truth is unknown, else as
+            `false-goal`.
         last: The last finished action, or None.
         curve: Number of a path, from 1, and the share of goals among the 22 paths up to it;
             beyond 600 points every other one is dropped.
@@ -61,7 +59,7 @@ class PathStatistics:
 
     def __init__(self) -> None:
         """Start with no path."""
-        self.total = self.goals = self.false_goals = self.bumps = self.timeouts = 0
+        self.outcomes: Counter[str] = Counter()
         self.last: Transition | None = None
         self.curve: list[tuple[int, float]] = []
         self._recent: deque[bool] = deque(maxlen=WINDOW)
@@ -74,16 +72,13 @@ class PathStatistics:
             in_goal: Whether the true position is in the goal region; None where unknown.
         """
         self.last = transition
-        outcome = transition.outcome
-        if outcome is None:
+        if transition.outcome is None:
             return
-        goal = outcome is PathOutcome.GOAL and in_goal is not False
-        self.total += 1
-        self.goals += goal
-        self.false_goals += outcome is PathOutcome.GOAL and not goal
-        self.bumps += outcome is PathOutcome.BUMP
-        self.timeouts += outcome is PathOutcome.TIMEOUT
-        self._recent.append(goal)
+        outcome = transition.outcome.value
+        if transition.outcome is PathOutcome.GOAL and in_goal is False:
+            outcome = 'false-goal'
+        self.outcomes[outcome] += 1
+        self._recent.append(outcome == PathOutcome.GOAL.value)
         number = transition.path + 1
         while self.curve and self.curve[-1][0] >= number:
             self.curve.pop()  # a restarted controller repeats a path

@@ -169,7 +169,7 @@ def test_an_unwatched_page_subscribes_to_what_is_learned_only(page: Page) -> Non
         page.listener.watch(watched=False)
         assert page.subscribed == ALWAYS
         graph.publish_transition(last, _goal(path=1))
-        page.wait(graph, lambda: page.state.paths.total == 1)
+        page.wait(graph, lambda: page.state.paths.outcomes.total() == 1)
         page.listener.watch(watched=True)
         assert page.state.poses.trail.text == ''
         page.follow(graph, last)
@@ -195,8 +195,8 @@ def test_an_end_is_judged_by_the_truth_of_its_tick(page: Page) -> None:
             graph.publish_tick(tick, truth)
         graph.publish_tick(last + 3, goal)
         paths = page.state.paths
-        page.wait(graph, lambda: paths.total == 2)
-    assert (paths.goals, paths.false_goals) == (1, 1)
+        page.wait(graph, lambda: paths.outcomes.total() == 2)
+    assert paths.outcomes == {'goal': 1, 'false-goal': 1}
 
 
 def _goal(*, path: int) -> Transition:

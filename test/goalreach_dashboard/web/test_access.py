@@ -11,9 +11,9 @@ from starlette.types import Message, Receive, Scope, Send
 
 from goalreach_dashboard.web.access import MAY_STEER, AccessMiddleware, AccessPolicy
 
-LOCAL = AccessPolicy.loopback(8080, token=None)
-STEERED = AccessPolicy.loopback(8080, token='secret')  # noqa: S106 - a test's
-NETWORK = AccessPolicy.network(8080, token='secret')  # noqa: S106 - a test's
+LOCAL = AccessPolicy(port=8080, token=None, local=True)
+STEERED = AccessPolicy(port=8080, token='secret', local=True)  # noqa: S106 - a test's
+NETWORK = AccessPolicy(port=8080, token='secret', local=False)  # noqa: S106 - a test's
 OURS = {'host': '127.0.0.1:8080'}
 
 

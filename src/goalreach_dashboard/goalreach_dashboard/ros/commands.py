@@ -1,4 +1,4 @@
-"""Executes requests from the page through the standard services and parameters of the graph."""
+"""Commands from the page, executed through the standard services and parameters of the graph."""
 
 from __future__ import annotations
 
@@ -14,29 +14,27 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_dashboard.requests import (
-    ModeRequest,
-    NoiseRequest,
-    PauseRequest,
-    PlaceRequest,
-    Request,
-    SpeedRequest,
-)
+from goalreach_dashboard.placement import checked_choice, checked_speed
 from goalreach_dashboard.state import PageState
+from goalreach_learning.blending import MODES
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER, PAUSE_SERVICE, RESET_SERVICE, ROBOT
+from goalreach_msgs_py.values import Pose2
 
 _TIMEOUT_S: Final = 3.0
 _POLL_S: Final = 0.02
 
 
-class RequestError(GoalreachError):
-    """A node refused a request or did not respond; the text is the reason."""
+class CommandError(GoalreachError):
+    """A node refused a command or did not respond; the text is the reason."""
 
 
 class GraphCommands:
-    """Executes requests, as coroutines of the page's event loop, which spins the executor too.
+    """Commands from the page, as coroutines of the event loop that also spins the executor.
+
+    Each returns its confirmation, and raises ConfigurationError for a value that is not allowed
+    and CommandError where a node refuses or does not respond.
 
     Calls: `/nomad200/pause`, `/nomad200/reset` and `set_parameters_atomically` of the robot, the
     localizer and the controller.
@@ -56,32 +54,35 @@ class GraphCommands:
             for name in (ROBOT, LOCALIZER, CONTROLLER)
         }
 
-    async def execute(self, request: Request) -> str:
-        """Execute a request and return its confirmation.
+    async def set_paused(self, paused: bool) -> str:  # noqa: FBT001 - the only argument
+        """Pause the simulation or resume it."""
+        await self._call(self._pause, SetBool.Request(data=paused))
+        self._state.paused_ns = self._state.clock_ns if paused else None
+        return 'paused' if paused else 'resumed'
 
-        Raises:
-            RequestError: A node refused it or did not respond.
-        """
-        match request:
-            case PauseRequest(paused=paused):
-                await self._call(self._pause, SetBool.Request(data=paused))
-                self._state.paused_ns = self._state.clock_ns if paused else None
-                return 'paused' if paused else 'resumed'
-            case PlaceRequest(pose=pose):
-                await self._set(ROBOT, {'start_pose': [pose.x_m, pose.y_m, pose.heading_rad]})
-                return str((await self._call(self._reset, Trigger.Request())).message)
-            case SpeedRequest(speed=speed):
-                await self._set(ROBOT, {'speed': float(speed)})
-                return f'speed: {speed:g}×'
-            case ModeRequest(mode=mode):
-                await self._set(CONTROLLER, {'mode': mode})
-                return f'mode: {mode}'
-            case NoiseRequest(preset=preset):
-                model = asdict(noise_preset(preset))
-                values = {f'noise.{name}': value for name, value in model.items()}
-                await self._set(ROBOT, values)
-                await self._set(LOCALIZER, values)
-                return f'noise: {preset}'
+    async def place(self, pose: Pose2) -> str:
+        """Place the robot at a pose on the free floor."""
+        await self._set(ROBOT, {'start_pose': [pose.x_m, pose.y_m, pose.heading_rad]})
+        return str((await self._call(self._reset, Trigger.Request())).message)
+
+    async def set_speed(self, speed: object) -> str:
+        """Set the simulated seconds per second of the wall clock."""
+        checked = checked_speed(speed)
+        await self._set(ROBOT, {'speed': checked})
+        return f'speed: {checked:g}×'
+
+    async def set_mode(self, mode: object) -> str:
+        """Set the mode of the controller."""
+        await self._set(CONTROLLER, {'mode': checked_choice('mode', mode, MODES)})
+        return f'mode: {mode}'
+
+    async def set_noise(self, preset: object) -> str:
+        """Set the noise of the robot's sensors to a preset, and make the localizer expect it."""
+        model = asdict(noise_preset(checked_choice('noise', preset, NOISE_PRESETS)))
+        values = {f'noise.{name}': value for name, value in model.items()}
+        await self._set(ROBOT, values)
+        await self._set(LOCALIZER, values)
+        return f'noise: {preset}'
 
     async def _set(self, node: str, values: Mapping[str, object]) -> None:
         parameters = [
@@ -90,22 +91,22 @@ class GraphCommands:
         request = SetParametersAtomically.Request(parameters=parameters)
         response = await self._respond(self._parameters[node], request)
         if not response.result.successful:
-            raise RequestError(response.result.reason)
+            raise CommandError(response.result.reason)
 
     async def _call(self, client: Client[Any, Any], request: object) -> Any:
         response = await self._respond(client, request)
         if not response.success:
-            raise RequestError(response.message)
+            raise CommandError(response.message)
         return response
 
     async def _respond(self, client: Client[Any, Any], request: object) -> Any:
         if not client.service_is_ready():
-            raise RequestError(f'{client.srv_name} is not available')
+            raise CommandError(f'{client.srv_name} is not available')
         future = client.call_async(request)
         deadline_s = time.monotonic() + _TIMEOUT_S
         while not future.done():
             if time.monotonic() > deadline_s:
                 client.remove_pending_request(future)
-                raise RequestError(f'no response from {client.srv_name}')
+                raise CommandError(f'no response from {client.srv_name}')
             await asyncio.sleep(_POLL_S)
         return future.result()

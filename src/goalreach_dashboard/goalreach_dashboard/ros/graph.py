@@ -10,7 +10,6 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from goalreach_dashboard.requests import Request
 from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_dashboard.ros.listener import GraphListener
 from goalreach_dashboard.ros.parameters import ParameterPoller, noise_preset_of
@@ -36,6 +35,7 @@ class GraphClient:
 
     Attributes:
         state: What the page shows.
+        commands: Commands to the nodes; responses arrive while `update` is called.
     """
 
     def __init__(self, arena: Arena) -> None:
@@ -49,7 +49,7 @@ class GraphClient:
         polled, client = self._nodes
         self._listener = GraphListener(polled, self.state)
         self._poller = ParameterPoller(client, self.state)
-        self._commands = GraphCommands(client, self.state)
+        self.commands = GraphCommands(client, self.state)
         self._executor = EventsExecutor()
         self._executor.add_node(client)
         self._linger_until_s = 0.0
@@ -85,14 +85,6 @@ class GraphClient:
             'clock': robot.get('clock'),
             'noise': noise_preset_of(robot),
         }
-
-    async def execute(self, request: Request) -> str:
-        """Execute a request while `update` is called, and return its confirmation.
-
-        Raises:
-            RequestError: A node refused it or did not respond.
-        """
-        return await self._commands.execute(request)
 
     def close(self) -> None:
         """Leave the graph."""

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
@@ -19,6 +20,7 @@ from std_msgs.msg import Float64MultiArray
 from goalreach_dashboard.ros.subscriptions import (
     CameraReader,
     PolledSubscription,
+    best_effort,
 )
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py import topics
@@ -29,6 +31,7 @@ from goalreach_msgs_py.diagnostic_messages import (
     transition_from_raw,
 )
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS
 from goalreach_msgs_py.sensor_messages import (
     bumpers_from_raw,
     camera_from_raw,
@@ -40,7 +43,7 @@ from goalreach_msgs_py.values import Transition
 _BUMP_SHOWN_S: Final = 0.6
 _TRUTH_TIMEOUT_S: Final = 0.5
 """Longest wait of a transition for the true pose of its stamp, which may arrive later. Chosen."""
-_DEPTHS: Final[dict[str, tuple[type[Any], int]]] = {
+_WATCHED: Final[dict[str, tuple[type[Any], int]]] = {
     topics.DIAGNOSTICS: (DiagnosticArray, 20),
     topics.CMD_VEL: (TwistStamped, 1),
     topics.STATE: (DiagnosticArray, 1),
@@ -74,11 +77,9 @@ class GraphListener:
         self._node = node
         self._state = state
         self._transitions = PolledSubscription(
-            node, DiagnosticArray, topics.TRANSITION, depth=500, reliable=True, raw=True
+            node, DiagnosticArray, topics.TRANSITION, QoSProfile(depth=500)
         )
-        self._q_table = PolledSubscription(
-            node, Float64MultiArray, topics.Q_TABLE, latched=True, raw=True
-        )
+        self._q_table = PolledSubscription(node, Float64MultiArray, topics.Q_TABLE, LATCHED_QOS)
         self._watched: tuple[PolledSubscription, ...] = ()
         self._camera: CameraReader | None = None
         self._pending: deque[tuple[float, int, Transition]] = deque()
@@ -105,8 +106,8 @@ class GraphListener:
             self._state.restart()
             self._camera = CameraReader(self._node)
             self._watched = tuple(
-                PolledSubscription(self._node, message_type, topic, depth=depth, raw=True)
-                for topic, (message_type, depth) in _DEPTHS.items()
+                PolledSubscription(self._node, message_type, topic, best_effort(depth))
+                for topic, (message_type, depth) in _WATCHED.items()
             )
         elif not watched and self._camera is not None:
             self._camera.close()

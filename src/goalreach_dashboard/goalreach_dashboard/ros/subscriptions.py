@@ -16,7 +16,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
 
 from goalreach_dashboard.state import CameraPicture, Landmarks
@@ -29,6 +29,11 @@ from goalreach_msgs_py.sensor_messages import (
 )
 
 
+def best_effort(depth: int) -> QoSProfile:
+    """Return the profile of a subscription that keeps the newest messages and may lose some."""
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
 class PolledSubscription:
     """A subscription whose messages are taken on demand, without an executor.
 
@@ -38,10 +43,7 @@ class PolledSubscription:
         node: A node that no executor spins.
         message_type: Type of the messages.
         topic: Name of the topic.
-        depth: Length of the queue.
-        reliable: Whether to ask for reliable delivery.
-        latched: Whether to ask for messages published before the subscription.
-        raw: Whether messages are taken serialized.
+        qos: Quality of service; its depth is the number of messages kept.
 
     Attributes:
         topic: Name of the topic.
@@ -49,39 +51,21 @@ class PolledSubscription:
             several publishers, the number of messages taken.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        message_type: type[Any],
-        topic: str,
-        *,
-        depth: int = 1,
-        reliable: bool = False,
-        latched: bool = False,
-        raw: bool = False,
-    ) -> None:
+    def __init__(self, node: Node, message_type: type[Any], topic: str, qos: QoSProfile) -> None:
         """Subscribe."""
-        strict = reliable or latched
-        qos = QoSProfile(
-            depth=depth,
-            reliability=ReliabilityPolicy.RELIABLE if strict else ReliabilityPolicy.BEST_EFFORT,
-            durability=(
-                DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
-            ),
-        )
         self.topic = topic
         self.number = 0
         self._node = node
         self._taken = 0
-        self._subscription = node.create_subscription(message_type, topic, _ignore, qos, raw=raw)
+        self._subscription = node.create_subscription(message_type, topic, _ignore, qos, raw=True)
 
-    def take(self) -> list[Any]:
-        """Return the messages received since the last call, oldest first."""
-        messages: list[Any] = []
+    def take(self) -> list[bytes]:
+        """Return the serialized messages received since the last call, oldest first."""
+        messages: list[bytes] = []
         subscription = self._subscription
         with subscription.handle:
             while True:
-                taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+                taken = subscription.handle.take_message(subscription.msg_type, True)
                 if taken is None:
                     break
                 message, info = taken
@@ -159,7 +143,7 @@ class CameraReader:
 
     def _subscribe(self, topic: str) -> PolledSubscription:
         message_type = CompressedImage if topic == topics.COMPRESSED_IMAGE else Image
-        return PolledSubscription(self._node, message_type, topic, raw=True)
+        return PolledSubscription(self._node, message_type, topic, best_effort(1))
 
     def add_landmarks(self, raw: bytes) -> None:
         """Keep detections until the image of their stamp arrives."""

@@ -9,8 +9,8 @@ from goalreach_dashboard.views.svg import (
     HIDDEN,
     VISIBLE,
     Elements,
-    arrow,
     degrees,
+    fragment,
     polar,
     polyline_points,
     rotate,
@@ -20,8 +20,7 @@ from goalreach_learning.task import ACTION_HEADINGS_RAD, ACTIONS_DEG
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.values import Confidence
 
-_MAX_ARROW: Final = 82.0
-_MIN_ARROW: Final = 14.0
+_COMMAND_LENGTH: Final = 82.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 34.0, 392.0, 10.0, 88.0
 _NOTES: Final = {
     'crisp': 'crisp: one region decides',
@@ -55,23 +54,23 @@ def decision_view(state: PageState, cast: tuple[Vote, ...], heading_rad: float |
         heading_rad: The commanded heading, or None.
     """
     total = sum(vote.weight for vote in cast)
-    arrows, rows = [], []
-    for vote in sorted(cast, key=lambda vote: -vote.weight):
-        share, angle_rad = vote.weight / total, ACTION_HEADINGS_RAD[vote.action]
-        arrows.append(arrow('vote', angle_rad, _MIN_ARROW + (_MAX_ARROW - _MIN_ARROW) * share))
-        rows.append(
-            f'<li><span class="bar" style="--share:{share:.3f}"></span>'
-            f'<b>{share:.0%}</b> {region_name(vote.region)} <i>{ACTIONS_DEG[vote.action]:.0f}°</i>'
-            '</li>'
-        )
+    rows = [
+        {
+            'region': region_name(vote.region),
+            'share': vote.weight / total,
+            'heading_rad': ACTION_HEADINGS_RAD[vote.action],
+            'heading_deg': ACTIONS_DEG[vote.action],
+        }
+        for vote in sorted(cast, key=lambda vote: -vote.weight)
+    ]
     note = _NOTES.get(state.mode, state.mode)
     if state.policy is None:
         note = 'no policy received'
     elif state.learning:
         note = 'learning: explores at random'
     view = {
-        'vote-arrows': {'html': ''.join(arrows)},
-        'votes': {'html': ''.join(rows)},
+        'vote-arrows': fragment('vote_arrows', rows),
+        'votes': fragment('vote_list', rows),
         'needle': dict(HIDDEN),
         'blend': dict(HIDDEN),
         'commanded-text': {'text': '–'},
@@ -80,7 +79,7 @@ def decision_view(state: PageState, cast: tuple[Vote, ...], heading_rad: float |
     if state.poses.truth is not None:
         view['needle'] = VISIBLE | {'transform': rotate(state.poses.truth.heading_rad)}
     if heading_rad is not None:
-        x, y = polar(_MAX_ARROW, heading_rad)
+        x, y = polar(_COMMAND_LENGTH, heading_rad)
         view['blend'] = VISIBLE | {'x2': f'{x:.1f}', 'y2': f'{y:.1f}'}
         view['commanded-text'] = {'text': degrees(heading_rad)}
     elif state.learning and state.paths.last is not None:
@@ -92,8 +91,8 @@ def learning_view(state: PageState) -> Elements:
     """Return counters, last action and curve."""
     paths = state.paths
     view = {
-        'bumps': {'text': str(paths.bumps)},
-        'timeouts': {'text': str(paths.timeouts)},
+        'bumps': {'text': str(paths.outcomes['bump'])},
+        'timeouts': {'text': str(paths.outcomes['timeout'])},
         'learning-note': {'text': 'in progress' if state.learning else 'policy is fixed'},
         **_curve(paths),
     }
@@ -115,19 +114,9 @@ def _curve(paths: PathStatistics) -> Elements:
         (_LEFT + (_RIGHT - _LEFT) * (number - first) / span, _BOTTOM - (_BOTTOM - _TOP) * share)
         for number, share in paths.curve
     ]
-    middle = (_LEFT + _RIGHT) / 2
-    axes = (
-        f'<path class="axis" d="M{_LEFT} {_TOP}V{_BOTTOM}H{_RIGHT}"/>'
-        f'<path class="grid" d="M{_LEFT} {_TOP}H{_RIGHT}"/>'
-        f'<text class="knot end" x="{_LEFT - 4}" y="{_TOP + 4}">100%</text>'
-        f'<text class="knot end" x="{_LEFT - 4}" y="{_BOTTOM}">0</text>'
-        f'<text class="knot start" x="{_LEFT}" y="104">path {first}</text>'
-        f'<text class="knot end" x="{_RIGHT}" y="104">{last}</text>'
-        f'<text class="label" x="{middle}" y="104">goals among the last {WINDOW} paths</text>'
-    )
     dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>' for x, y in points[-1:]]
     return {
-        'curve-axes': {'html': axes},
+        'curve-axes': fragment('curve_axes', first, last, WINDOW),
         'curve-line': {'points': polyline_points(points)},
         'curve-dots': {'html': ''.join(dots)},
     }

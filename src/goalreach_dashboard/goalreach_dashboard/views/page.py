@@ -9,7 +9,7 @@ from goalreach_dashboard.state import TOPICS_OF, PageState
 from goalreach_dashboard.views.arena import arena_view
 from goalreach_dashboard.views.decision import decide, decision_view, learning_view
 from goalreach_dashboard.views.sensing import camera_view, membership_view, pose_view
-from goalreach_dashboard.views.svg import Elements, View
+from goalreach_dashboard.views.svg import Elements, View, fragment
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, ROBOT
 
 _RECENT_S: Final = 0.5
@@ -40,11 +40,12 @@ def is_state_lost(state: PageState, now_s: float) -> bool:
 def summary_view(state: PageState, now_s: float) -> Elements:
     """Return the figures at the top."""
     status, paths, robot = run_status(state, now_s), state.paths, state.parameters[ROBOT]
+    goals, total = paths.outcomes['goal'], paths.outcomes.total()
     mode = 'learning' if state.learning else state.mode
     view = {
         'status': {'text': status, 'class': f'chip {_tone(status)}'},
         'mode': {'text': mode if state.parameters[CONTROLLER] else '–'},
-        'success': {'text': f'{paths.goals} of {paths.total}' if paths.total else '–'},
+        'success': {'text': f'{goals} of {total}' if total else '–'},
         'sim-time': {'text': f'{state.clock_ns * 1e-9:.1f} s' if state.clock_ns else '–'},
     }
     if paths.last is not None:
@@ -80,11 +81,8 @@ def health_view(state: PageState, now_s: float) -> Elements:
             words[NodeStatus.DOWN] = 'was silent, is back'
         view[f'node-{name}'] = {'class': f'node {status.value}'}
         view[f'word-{name}'] = {'text': words[status]}
-    rows = [
-        f'<li><span>{topic}</span><b>{rate.rate_hz(now_s):.1f}</b></li>'
-        for topic, rate in sorted(health.topics.items())
-    ]
-    view['topics'] = {'html': ''.join(rows)}
+    rates = [(topic, rate.rate_hz(now_s)) for topic, rate in sorted(health.topics.items())]
+    view['topics'] = fragment('topic_rates', rates)
     return view
 
 

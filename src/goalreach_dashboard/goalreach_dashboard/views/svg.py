@@ -1,10 +1,14 @@
-"""Views as differences of attributes, and the pieces of SVG and text that they share."""
+"""Views as differences of attributes, and what they share: fragments, transforms and figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 import math
 from typing import Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2.environment import TemplateModule
 
 View = Mapping[str, Mapping[str, str]]
 """Attributes by the name of an element; `text` and `html` are its content."""
@@ -28,6 +32,23 @@ def polar(length: float, angle_rad: float) -> tuple[float, float]:
     return length * math.cos(angle_rad), -length * math.sin(angle_rad)
 
 
+@lru_cache(maxsize=1)
+def _fragments() -> TemplateModule:
+    environment = Environment(
+        loader=PackageLoader('goalreach_dashboard', 'static'),
+        autoescape=True,
+        undefined=StrictUndefined,
+    )
+    environment.filters['r'] = '{:.1f}'.format
+    environment.globals['polar'] = polar
+    return environment.get_template('fragments.html').module
+
+
+def fragment(name: str, *values: object) -> dict[str, str]:
+    """Return the content of an element: a macro of `static/fragments.html` with its values."""
+    return {'html': str(getattr(_fragments(), name)(*values))}
+
+
 def translate(x_m: float, y_m: float, length_m: float) -> str:
     """Return the transform that moves a drawing to a point of `map`."""
     x, y = cm(x_m, y_m, length_m)
@@ -37,19 +58,6 @@ def translate(x_m: float, y_m: float, length_m: float) -> str:
 def rotate(angle_rad: float) -> str:
     """Return the transform that rotates a drawing counter-clockwise."""
     return f'rotate({-math.degrees(angle_rad):.1f})'
-
-
-def arrow(css_class: str, angle_rad: float, length: float, more: str = '') -> str:
-    """Return an arrow from the origin.
-
-    Args:
-        css_class: CSS class.
-        angle_rad: Direction, counter-clockwise from +x.
-        length: Length in the picture.
-        more: Further attributes.
-    """
-    x, y = polar(length, angle_rad)
-    return f'<line class="{css_class}" x2="{x:.1f}" y2="{y:.1f}" marker-end="url(#head)"{more}/>'
 
 
 def polyline_points(points: Iterable[tuple[float, float]]) -> str:

@@ -48,42 +48,29 @@ _MISDIRECTED: Final = 421
 class AccessPolicy:
     """Who may view the page and who may steer.
 
+    A local page is viewed by anyone on this machine and steered by holders of the token; a page
+    for other machines is viewed by holders of the token and steered by nobody.
+
     Attributes:
         port: Port of the server.
-        hosts: Accepted values of `Host`; None for any, since a machine has many names.
         token: The secret of the printed URL, or None.
-        token_to_view: Whether viewing needs the token.
-        token_steers: Whether the token allows steering.
+        local: Whether only this machine can reach the page.
     """
 
     port: int
-    hosts: frozenset[str] | None
     token: str | None
-    token_to_view: bool
-    token_steers: bool
-
-    @classmethod
-    def loopback(cls, port: int, *, token: str | None) -> AccessPolicy:
-        """Return the policy of a page for this machine: anyone views, the token steers."""
-        return cls(
-            port=port,
-            hosts=frozenset(f'{name}:{port}' for name in _LOOPBACK_NAMES),
-            token=token,
-            token_to_view=False,
-            token_steers=token is not None,
-        )
-
-    @classmethod
-    def network(cls, port: int, *, token: str) -> AccessPolicy:
-        """Return the policy of a page for other machines: the token views, nobody steers."""
-        return cls(port=port, hosts=None, token=token, token_to_view=True, token_steers=False)
+    local: bool
 
     @property
     def cookie(self) -> str:
         """Name of the cookie; it holds the port because browsers share cookies between ports."""
         return f'goalreach-{self.port}'
 
-    def accepts(self, token: str | None) -> bool:
+    def accepts_host(self, host: str) -> bool:
+        """Return whether a `Host` names this page; other machines may use any name."""
+        return not self.local or host in [f'{name}:{self.port}' for name in _LOOPBACK_NAMES]
+
+    def accepts_token(self, token: str | None) -> bool:
         """Return whether a token is the right one."""
         if self.token is None or token is None:
             return False
@@ -113,8 +100,7 @@ class AccessMiddleware:
             response.headers.update(_HEADERS)
             await response(scope, receive, send)
             return
-        known = self._policy.accepts(connection.cookies.get(self._policy.cookie))
-        scope[MAY_STEER] = known and self._policy.token_steers
+        scope[MAY_STEER] = self._policy.local and self._has_cookie(connection)
 
         async def send_with_headers(message: Message) -> None:
             if message['type'] == 'http.response.start':
@@ -125,21 +111,23 @@ class AccessMiddleware:
 
     def _response(self, connection: HTTPConnection) -> Response | None:
         """Return a refusal or a redirection; None where the application is to respond."""
-        policy = self._policy
         refusal = self._foreign(connection)
         if refusal is not None:
             return refusal
         token = connection.query_params.get('token')
         if token is not None and connection.scope['type'] == 'http':
             return self._exchange(token)
-        if policy.token_to_view and not policy.accepts(connection.cookies.get(policy.cookie)):
+        if not self._policy.local and not self._has_cookie(connection):
             return PlainTextResponse('open the URL with the token\n', _UNAUTHORIZED)
         return None
+
+    def _has_cookie(self, connection: HTTPConnection) -> bool:
+        return self._policy.accepts_token(connection.cookies.get(self._policy.cookie))
 
     def _foreign(self, connection: HTTPConnection) -> Response | None:
         headers, scope = connection.headers, connection.scope
         host, origin = headers.get('host', '').lower(), headers.get('origin')
-        if self._policy.hosts is not None and host not in self._policy.hosts:
+        if not self._policy.accepts_host(host):
             return PlainTextResponse('wrong host name\n', _MISDIRECTED)
         if scope['type'] == 'websocket' and origin is None:
             return PlainTextResponse('websocket without origin\n', _FORBIDDEN)
@@ -152,7 +140,7 @@ class AccessMiddleware:
 
     def _exchange(self, token: str) -> Response:
         """Move the token of a URL into a cookie, so that it leaves the address bar."""
-        if not self._policy.accepts(token):
+        if not self._policy.accepts_token(token):
             return PlainTextResponse('wrong token\n', _FORBIDDEN)
         response = RedirectResponse('/', _SEE_OTHER)
         response.set_cookie(self._policy.cookie, token, httponly=True, samesite='lax')

@@ -9,91 +9,72 @@ from typing import Any, Final
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
-from goalreach_dashboard.requests import (
-    SPEEDS,
-    ModeRequest,
-    NoiseRequest,
-    PauseRequest,
-    PlaceRequest,
-    Request,
-    SpeedRequest,
-)
+from goalreach_dashboard.placement import checked_pose, dragged_pose
+from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NOISE_PRESETS
+from goalreach_msgs_py.values import Pose2
 
+_SPEEDS: Final = {speed: f'{speed:g}×' for speed in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)}
 _THEMES: Final = {'auto': None, 'light': False, 'dark': True}
-_READ_ONLY: Final = 'Read-only. To steer, open the link that the run printed.'
+
+ToggleClass = Callable[[str, bool], object]
+"""Adds or removes a CSS class of the page's body, by name."""
 
 
-class Controls:
-    """One page's controls.
+class SteeringControls:
+    """Controls that steer the graph, for a page that may.
 
     Args:
-        execute: Executes a request and returns its confirmation; None where the page is
-            read-only and only its appearance may be changed.
+        commands: Commands to the graph.
         arena: Returns the arena of the picture.
-        toggle_class: Adds or removes a CSS class of the page's body, by name.
-        theme: NiceGUI's light or dark.
+        toggle_class: Adds or removes a CSS class of the page's body.
     """
 
     def __init__(
-        self,
-        execute: Callable[[Request], Awaitable[str]] | None,
-        arena: Callable[[], Arena],
-        *,
-        toggle_class: Callable[[str, bool], object],
-        theme: ui.dark_mode,
+        self, commands: GraphCommands, arena: Callable[[], Arena], toggle_class: ToggleClass
     ) -> None:
-        self._execute = execute
+        self._commands = commands
         self._arena = arena
-        self._toggle_class = toggle_class
         self._shown: Mapping[str, Any] = {}
-        with ui.element('section').classes('panel controls').props('aria-label=Controls'):
-            if execute is None:
-                ui.label(_READ_ONLY).classes('note').props('data-testid=read-only')
-            else:
-                self._add_steering()
-            self._add_appearance(theme)
-
-    def _add_steering(self) -> None:
         with ui.element('div').classes('buttons'):
             self._pause = ui.button('Pause', on_click=self._on_pause)
             self._pause.props('data-testid=pause unelevated no-caps')
-            self._placing = ui.switch('Place the robot', on_change=self._on_placing)
+            self._placing = ui.switch('Place the robot')
+            self._placing.on_value_change(lambda e: toggle_class('placing', bool(e.value)))
             self._placing.props('data-testid=place-switch')
-        ui.label('Press on the arena to place the robot; drag to set its heading.').classes(
-            'note placing-only'
-        )
+        self._add_pose_form()
+        self._mode = self._add_choice('mode', list(MODES), commands.set_mode)
+        self._speed = self._add_choice('speed', _SPEEDS, commands.set_speed)
+        self._noise = self._add_choice('noise', list(NOISE_PRESETS), commands.set_noise)
+        self._status = ui.label('').classes('note answer')
+        self._status.props('data-testid=answer role=status')
+
+    def _add_pose_form(self) -> None:
+        note = 'Press on the arena to place the robot; drag to set its heading.'
+        ui.label(note).classes('note placing-only')
         with ui.element('div').classes('pose-form placing-only'):
             self._x = _number_field('x, m', 1.78, 'place-x')
             self._y = _number_field('y, m', 4.5, 'place-y')
             self._heading = _number_field('heading, °', -90.0, 'place-heading')
             button = ui.button('Place', on_click=self._on_form)
             button.props('data-testid=place-button outline no-caps dense')
-        speeds = {speed: f'{speed:g}×' for speed in SPEEDS}
-        self._mode = self._add_choice('mode', list(MODES), lambda value: ModeRequest(mode=value))
-        self._speed = self._add_choice('speed', speeds, lambda value: SpeedRequest(speed=value))
-        self._noise = self._add_choice(
-            'noise', list(NOISE_PRESETS), lambda value: NoiseRequest(preset=value)
-        )
-        self._status = ui.label('').classes('note answer')
-        self._status.props('data-testid=answer role=status')
 
     def _add_choice(
         self,
         name: str,
         options: list[str] | dict[float, str],
-        request: Callable[[Any], Request],
+        command: Callable[[object], Awaitable[str]],
     ) -> ui.toggle:
-        """Add a choice that requests a change; a refused one is undone by the next update."""
+        """Add a choice that commands a change; a refused one is undone by the next update."""
 
         async def on_change(event: ValueChangeEventArguments) -> None:
             value = event.value
             if value is None or value == self._shown.get(name):
                 return  # the control follows the graph
-            if not await self._run(lambda: request(value)):
+            if not await self._run(command(value)):
                 self._shown = {**self._shown, name: object()}
 
         with ui.element('div').classes('choice'):
@@ -102,59 +83,48 @@ class Controls:
             toggle.props(f'data-testid={name}-choice dense no-caps unelevated aria-label="{name}"')
         return toggle
 
-    def _add_appearance(self, theme: ui.dark_mode) -> None:
-        with ui.element('div').classes('buttons'):
-            values = ui.switch('Q-values')
-            values.on_value_change(lambda e: self._toggle_class('show-q', bool(e.value)))
-            values.props('data-testid=q-values')
-            names = ui.toggle(list(_THEMES), value='auto')
-            names.props('data-testid=theme dense no-caps unelevated aria-label="Colours"')
-            names.on_value_change(lambda e: setattr(theme, 'value', _THEMES[e.value]))
-
-    def update(self, values: Mapping[str, Any]) -> None:
+    def update(self, settings: Mapping[str, Any]) -> None:
         """Show the graph's settings, whoever changed them.
 
         Args:
-            values: `paused`, `mode`, `speed`, `clock` and `noise`; replaced as a whole.
+            settings: `paused`, `mode`, `speed`, `clock` and `noise`.
         """
-        if self._execute is None or values == self._shown:
+        if settings == self._shown:
             return
-        self._shown = values
-        self._pause.set_text('Resume' if values.get('paused') else 'Pause')
-        self._mode.set_value(values.get('mode'))
-        self._speed.set_value(values.get('speed'))
-        self._speed.set_enabled(values.get('clock') != 'lockstep')
-        self._noise.set_value(values.get('noise'))
+        self._shown = settings
+        self._pause.set_text('Resume' if settings.get('paused') else 'Pause')
+        self._mode.set_value(settings.get('mode'))
+        self._speed.set_value(settings.get('speed'))
+        self._speed.set_enabled(settings.get('clock') != 'lockstep')
+        self._noise.set_value(settings.get('noise'))
 
     async def _on_pause(self) -> None:
-        await self._run(lambda: PauseRequest(paused=not self._shown.get('paused', False)))
-
-    def _on_placing(self, event: ValueChangeEventArguments) -> None:
-        self._toggle_class('placing', bool(event.value))
+        await self._run(self._commands.set_paused(not self._shown.get('paused', False)))
 
     async def place(self, drag: object) -> None:
-        """Place the robot where the picture was pressed; a read-only page does nothing.
+        """Place the robot where the picture was pressed.
 
         Args:
-            drag: What the browser sent; see `PlaceRequest.from_drag`.
+            drag: What the browser sent; see `dragged_pose`.
         """
-        if await self._run(lambda: PlaceRequest.from_drag(drag, self._arena())):
+        if await self._run(self._place(lambda: dragged_pose(drag, self._arena()))):
             self._placing.set_value(False)
 
     async def _on_form(self) -> None:
-        def request() -> Request:
+        def pose() -> Pose2:
             heading = self._heading.value
             heading_rad = math.radians(heading) if isinstance(heading, int | float) else heading
-            return PlaceRequest.at(self._x.value, self._y.value, heading_rad, self._arena())
+            return checked_pose(self._x.value, self._y.value, heading_rad, self._arena())
 
-        await self._run(request)
+        await self._run(self._place(pose))
 
-    async def _run(self, request: Callable[[], Request]) -> bool:
-        """Execute a request and show the outcome; return whether it succeeded."""
-        if self._execute is None:
-            return False
+    async def _place(self, pose: Callable[[], Pose2]) -> str:
+        return await self._commands.place(pose())
+
+    async def _run(self, command: Awaitable[str]) -> bool:
+        """Await a command and show the outcome; return whether it succeeded."""
         try:
-            confirmation = await self._execute(request())
+            confirmation = await command
         except GoalreachError as error:
             self._status.set_text(f'refused: {error}')
             return False
@@ -166,3 +136,25 @@ def _number_field(label: str, value: float, name: str) -> ui.number:
     field = ui.number(label, value=value, format='%.2f', step=0.1)
     field.props(f'data-testid={name} dense outlined')
     return field
+
+
+def add_read_only_note() -> None:
+    """Say why a page has no controls."""
+    note = ui.label('Read-only. To steer, open the link that the run printed.')
+    note.classes('note').props('data-testid=read-only')
+
+
+def add_appearance(theme: ui.dark_mode, toggle_class: ToggleClass) -> None:
+    """Add the controls that change the page alone: Q-values and colours.
+
+    Args:
+        theme: NiceGUI's light or dark.
+        toggle_class: Adds or removes a CSS class of the page's body.
+    """
+    with ui.element('div').classes('buttons'):
+        values = ui.switch('Q-values')
+        values.on_value_change(lambda e: toggle_class('show-q', bool(e.value)))
+        values.props('data-testid=q-values')
+        names = ui.toggle(list(_THEMES), value='auto')
+        names.props('data-testid=theme dense no-caps unelevated aria-label="Colours"')
+        names.on_value_change(lambda e: setattr(theme, 'value', _THEMES[e.value]))

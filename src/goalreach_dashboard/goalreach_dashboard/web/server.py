@@ -24,7 +24,11 @@ import uvicorn
 from goalreach_dashboard.ros.graph import GraphClient
 from goalreach_dashboard.views.svg import View, difference
 from goalreach_dashboard.web.access import MAY_STEER, AccessMiddleware, AccessPolicy
-from goalreach_dashboard.web.controls import Controls
+from goalreach_dashboard.web.controls import (
+    SteeringControls,
+    add_appearance,
+    add_read_only_note,
+)
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
@@ -48,13 +52,17 @@ class LiveView(ui.element, component=_STATIC / 'live.js'):  # type: ignore[call-
         super().__init__()
         self._props['skeleton'] = skeleton
 
+    def toggle_class(self, name: str, on: bool) -> None:  # noqa: FBT001 - an event's value
+        """Add or remove a CSS class of the page's body."""
+        self.run_method('toggleClass', name, on)
+
 
 class _Viewer:
     """One open browser: its page, what it shows, and whether it has painted that."""
 
-    def __init__(self, live: LiveView, controls: Controls) -> None:
+    def __init__(self, live: LiveView, steering: SteeringControls | None) -> None:
         self._live = live
-        self._controls = controls
+        self._steering = steering
         self._shown: View = {}
         self._ready = False
         self._sent_s = -math.inf
@@ -67,7 +75,8 @@ class _Viewer:
 
     def show(self, view: View, settings: Mapping[str, Any]) -> None:
         """Send what has changed; nothing while the last difference is not painted yet."""
-        self._controls.update(settings)
+        if self._steering is not None:
+            self._steering.update(settings)
         now_s = time.monotonic()
         due = now_s - self._sent_s >= _KEEPALIVE_S
         if not self._ready or (view is self._shown and not due):
@@ -142,25 +151,31 @@ class PageServer:
         may_steer = bool(request.scope.get(MAY_STEER, False))
         with ui.element('main').classes('page'):
             live = LiveView(self._skeleton)
-            controls = Controls(
-                self._graph.execute if may_steer else None,
-                lambda: self._graph.state.arena,
-                toggle_class=lambda name, on: live.run_method('toggleClass', name, on),
-                theme=theme,
-            )
-        viewer = _Viewer(live, controls)
+            with ui.element('section').classes('panel controls').props('aria-label=Controls'):
+                steering = self._add_steering(live) if may_steer else None
+                if steering is None:
+                    add_read_only_note()
+                add_appearance(theme, live.toggle_class)
+        viewer = _Viewer(live, steering)
 
         def on_next(event: GenericEventArguments) -> None:
             viewer.painted(reset=event.args is True)
             self._viewers[client.id] = viewer
             viewer.show(self._view, self._settings)
 
-        async def on_place(event: GenericEventArguments) -> None:
-            await controls.place(event.args)
-
         live.on('next', on_next)
-        live.on('place', on_place)
         client.on_disconnect(lambda: self._viewers.pop(client.id, None))
+
+    def _add_steering(self, live: LiveView) -> SteeringControls:
+        steering = SteeringControls(
+            self._graph.commands, lambda: self._graph.state.arena, live.toggle_class
+        )
+
+        async def on_place(event: GenericEventArguments) -> None:
+            await steering.place(event.args)
+
+        live.on('place', on_place)
+        return steering
 
 
 def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bool) -> int:
@@ -180,10 +195,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
     os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
     stop = StopRequest()
     port = int(listener.getsockname()[1])
-    if local or token is None:
-        policy = AccessPolicy.loopback(port, token=token)
-    else:
-        policy = AccessPolicy.network(port, token=token)
+    policy = AccessPolicy(port=port, token=token, local=local)
     graph = GraphClient(arena)
     try:
         PageServer(graph, policy).run(listener)

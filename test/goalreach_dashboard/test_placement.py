@@ -4,9 +4,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_dashboard.requests import ModeRequest, NoiseRequest, PlaceRequest, SpeedRequest
+from goalreach_dashboard.placement import (
+    checked_choice,
+    checked_pose,
+    checked_speed,
+    dragged_pose,
+)
+from goalreach_learning.blending import MODES
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NOISE_PRESETS
 
 ARENA = Arena()
 _anything = st.recursive(
@@ -18,7 +25,7 @@ _anything = st.recursive(
 
 def test_a_press_places_facing_the_goal_wall() -> None:
     """The arena is 508 cm long; the picture's y is measured from the far wall."""
-    pose = PlaceRequest.from_drag({'x': 100, 'y': 108, 'dx': 2, 'dy': 1}, ARENA).pose
+    pose = dragged_pose({'x': 100, 'y': 108, 'dx': 2, 'dy': 1}, ARENA)
     assert (pose.x_m, pose.y_m) == (1.0, 4.0)
     assert pose.heading_rad == -math.pi / 2
 
@@ -28,35 +35,38 @@ def test_a_press_places_facing_the_goal_wall() -> None:
     [(50, 0, 0.0), (0, -50, math.pi / 2), (-50, 0, math.pi), (30, 30, -math.pi / 4)],
 )
 def test_a_drag_sets_the_heading(dx: float, dy: float, heading_rad: float) -> None:
-    request = PlaceRequest.from_drag({'x': 100, 'y': 108, 'dx': dx, 'dy': dy}, ARENA)
-    assert request.pose.heading_rad == pytest.approx(heading_rad)
+    pose = dragged_pose({'x': 100, 'y': 108, 'dx': dx, 'dy': dy}, ARENA)
+    assert pose.heading_rad == pytest.approx(heading_rad)
 
 
 @given(_anything)
 def test_whatever_a_browser_sends_is_refused_or_a_pose_on_the_floor(sent: object) -> None:
     try:
-        pose = PlaceRequest.from_drag(sent, ARENA).pose
+        pose = dragged_pose(sent, ARENA)
     except ConfigurationError:
         return
     assert ARENA.is_free(pose.x_m, pose.y_m)
 
 
 @pytest.mark.parametrize('speed', [None, '1', True, math.nan, math.inf, 0.0, 101.0, -1.0, [1.0]])
-def test_a_bad_speed_is_refused(speed: float) -> None:
+def test_a_bad_speed_is_refused(speed: object) -> None:
     with pytest.raises(ConfigurationError, match='speed'):
-        SpeedRequest(speed=speed)
+        checked_speed(speed)
+
+
+def test_a_whole_speed_is_a_double() -> None:
+    """A parameter of type double refuses an integer."""
+    assert type(checked_speed(2)) is float
 
 
 def test_names_must_be_known() -> None:
-    assert ModeRequest(mode='crisp').mode == 'crisp'
-    assert NoiseRequest(preset='harsh').preset == 'harsh'
-    for wrong in ('bold', '', None, 3, ['crisp']):
-        with pytest.raises(ConfigurationError, match='mode'):
-            ModeRequest(mode=wrong)  # type: ignore[arg-type]
-        with pytest.raises(ConfigurationError, match='noise'):
-            NoiseRequest(preset=wrong)  # type: ignore[arg-type]
+    for name, choices in (('mode', MODES), ('noise', NOISE_PRESETS)):
+        assert checked_choice(name, choices[0], choices) == choices[0]
+        for wrong in ('bold', '', None, 3, ['crisp']):
+            with pytest.raises(ConfigurationError, match=name):
+                checked_choice(name, wrong, choices)
 
 
 def test_a_place_in_the_wall_is_refused() -> None:
     with pytest.raises(ConfigurationError, match='on the free floor'):
-        PlaceRequest.at(0.1, 2.0, 0.0, ARENA)
+        checked_pose(0.1, 2.0, 0.0, ARENA)
