@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from goalreach_evaluation.choices import choose_arena
-from goalreach_evaluation.drive import DriveFrame, InProcessDrive
+from goalreach_evaluation.drive import DriveFrame
 from goalreach_evaluation.evaluation import Evaluation, EvaluationRequest
 from goalreach_evaluation.evaluation import evaluate as evaluate_request
 from goalreach_evaluation.summary_file import RecordedRun, read_recorded_run, recorded_run
@@ -93,13 +93,9 @@ def evaluate(
     >>> [path.outcome for path in result.paths]
     ['goal']
     """
+    poses = starts if isinstance(starts, str) else [_pose(start) for start in starts]
     request = EvaluationRequest(
-        policy=policy,
-        arena=arena,
-        starts=starts if isinstance(starts, str) else [_pose(start) for start in starts],
-        noise=noise,
-        mode=mode,
-        seed=seed,
+        policy=policy, arena=arena, starts=poses, noise=noise, mode=mode, seed=seed
     )
     return evaluate_request(request, jobs=jobs)
 
@@ -123,9 +119,9 @@ def simulate(
         policy: The policy or its file; None to learn one first.
         start: `Pose2`, or x and y in metres and the heading in degrees; the arena's first start
             if None.
-        arena: As in `evaluate`.
-        noise: As in `evaluate`.
-        mode: As in `evaluate`.
+        arena: As in `evaluate`, like `noise` and `mode`.
+        noise: Errors of the sensors.
+        mode: How the heading is chosen.
         seed: Seed of every random draw, at least 0.
 
     Returns:
@@ -142,15 +138,7 @@ def simulate(
     request = EvaluationRequest(
         policy=policy, arena=arena, starts=poses, noise=noise, mode=mode, seed=seed
     )
-    plan = request.plan
-    drive = InProcessDrive(
-        arena=plan.arena,
-        noise=plan.noise,
-        policy=plan.policy,
-        controller=plan.controller,
-        seed=np.random.SeedSequence(plan.seed, spawn_key=(0,)),
-    )
-    return drive.drive_frames(plan.starts[0])
+    return request.plan.session_drive(0).drive_frames(request.plan.starts[0])
 
 
 def figures(
@@ -181,20 +169,22 @@ def figures(
     from goalreach_evaluation.figures.figure_file import write_figure  # noqa: PLC0415
     from goalreach_evaluation.figures.paper_figures import paper_figures  # noqa: PLC0415
 
-    run: RecordedRun | None = None
-    if isinstance(result, Evaluation):
-        run = recorded_run(result.to_json())
-        arena = arena or result.request.plan.arena
-    elif result is not None:
-        run = read_recorded_run(result)
     if wrong := set(formats) - {'svg', 'png'}:
         raise ConfigurationError('formats', sorted(wrong), "'svg', 'png' or both")
-    drawn = paper_figures(choose_arena(arena or 'paper'), policy, run)
+    if isinstance(result, Evaluation):
+        arena = arena or result.request.plan.arena
+    drawn = paper_figures(choose_arena(arena or 'paper'), policy, _recorded(result))
     return [
         file
         for name, figure in drawn.items()
         for file in write_figure(figure, Path(out), name, formats)
     ]
+
+
+def _recorded(result: Evaluation | Path | str | None) -> RecordedRun | None:
+    if isinstance(result, Evaluation):
+        return recorded_run(result.to_json())
+    return None if result is None else read_recorded_run(result)
 
 
 def _require_seed(seed: int) -> None:

@@ -74,6 +74,16 @@ class EvaluationPlan:
         """Number of sessions."""
         return -(-len(self.starts) // SESSION_PATHS)
 
+    def session_drive(self, number: int) -> InProcessDrive:
+        """Return the drive of a session, with a robot of its own."""
+        return InProcessDrive(
+            arena=self.arena,
+            noise=self.noise,
+            policy=self.policy,
+            controller=self.controller,
+            seed=np.random.SeedSequence(self.seed, spawn_key=(number,)),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class SessionResult:
@@ -91,13 +101,7 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
         number: Number of the session, from 0.
     """
     first = number * SESSION_PATHS
-    drive = InProcessDrive(
-        arena=plan.arena,
-        noise=plan.noise,
-        policy=plan.policy,
-        controller=plan.controller,
-        seed=np.random.SeedSequence(plan.seed, spawn_key=(number,)),
-    )
+    drive = plan.session_drive(number)
     paths = tuple(
         drive.drive(start, path=first + index)
         for index, start in enumerate(plan.starts[first : first + SESSION_PATHS])

@@ -1,9 +1,8 @@
-"""The summary of a run or an evaluation, as one JSON object; and files of one object a line."""
+"""The summary of a run or an evaluation, as one JSON object."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-import contextlib
 from dataclasses import dataclass
 import json
 from pathlib import Path
@@ -148,27 +147,3 @@ def _path(name: object, place: str, entry: object) -> RecordedPath | None:
     if points_m.ndim != 2 or points_m.shape[1] != 2 or not np.isfinite(points_m).all():  # noqa: PLR2004
         raise FileFormatError(name, f'{place}.trace: must be a list of [x_m, y_m]')
     return RecordedPath(points_m=points_m, outcome=outcome)
-
-
-def append_line(path: Path, values: Mapping[str, object]) -> None:
-    """Append an object to a file as one line of JSON.
-
-    Raises:
-        FileFormatError: It cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open('a', encoding='utf-8') as stream:
-            stream.write(json.dumps(dict(values)) + '\n')
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
-
-
-def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Read the objects of such a file; skip lines that are not whole. No file, no objects."""
-    lines = []
-    if path.exists():
-        for line in path.read_text(encoding='utf-8', errors='replace').splitlines():
-            with contextlib.suppress(ValueError):
-                lines.append(json.loads(line))
-    return lines

@@ -61,7 +61,7 @@ def show_paths_table(
     """Print success rate, measures and speed of many paths.
 
     Args:
-        tally: Statistics over the paths; without any path nothing is printed.
+        tally: Statistics over the paths; nothing is printed without a path.
         mode: How the heading was chosen.
         sim_time_s: Simulated time, seconds.
         wall_time_s: Time on the wall clock, seconds.
@@ -69,7 +69,6 @@ def show_paths_table(
     """
     if not tally.paths:
         return
-    out = console or Console(highlight=False)
     table = Table(title=f'{tally.goals} of {tally.paths} paths reached the goal ({mode})')
     table.add_column('per path')
     for heading in ('mean', 'worst'):
@@ -85,9 +84,8 @@ def show_paths_table(
     for label, name, factor, digits, unit in rows:
         mean, worst = tally.mean(name) * factor, tally.spreads[name].worst * factor
         table.add_row(label, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
-    out.print(table)
+    console = console or Console(highlight=False)
+    console.print(table)
     speed = sim_time_s / max(wall_time_s, 1e-9)
-    out.print(
-        f'{sim_time_s:.1f} s simulated in {wall_time_s:.1f} s: {speed:.1f} times real time',
-        soft_wrap=True,
-    )
+    line = f'{sim_time_s:.1f} s simulated in {wall_time_s:.1f} s: {speed:.1f} times real time'
+    console.print(line, soft_wrap=True)
