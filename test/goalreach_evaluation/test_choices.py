@@ -10,8 +10,8 @@ from goalreach_evaluation.choices import arena_names, arena_path, choose_arena, 
 from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
+from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.policy_file import write_policy
-from goalreach_learning.training import greedy_successes
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.noise import noise_preset

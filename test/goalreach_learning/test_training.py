@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import LearningConfig
-from goalreach_learning.training import greedy_successes, train
+from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.regions import RegionMap
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_learning.environment import OptionEnvironment
+from goalreach_learning.kinematic_drive import MAX_OPTIONS
 from goalreach_learning.policy import best_actions, tie_tolerance
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_learning.task import ACTION_DIRECTIONS, BUMP_REWARD, GOAL_REWARD
-from goalreach_learning.training import MAX_GREEDY_OPTIONS
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray
 
@@ -273,7 +273,7 @@ def greedy_successes_batch(
     reached = (i == goal[0]) & (j == goal[1])
     learners = np.flatnonzero(~reached)
     x_m, y_m, i, j = x_m[learners], y_m[learners], i[learners], j[learners]
-    for _ in range(MAX_GREEDY_OPTIONS):
+    for _ in range(MAX_OPTIONS):
         action = best[table[learners], i, j]
         end = batch.advance(x_m, y_m, i, j, np.maximum(action, 0))
         entered = ~end.bumped & (end.i == goal[0]) & (end.j == goal[1]) & (action >= 0)

@@ -1,9 +1,9 @@
-"""Actions as options in closed form: straight to the next region border or wall contact.
+"""Options in closed form: a straight line to the next region border or wall contact.
 
 "Performing one action means that the vehicle rotates until it is oriented towards the selected
 direction and translates until the current state changes" (section "The Action Set and
-Q-learning"). Rotating in place moves nothing, so an option is one straight line, and where it
-ends is exact: no time step is taken.
+Q-learning"). Rotating in place moves nothing, so an option is one straight line whose end is
+computed exactly, without time steps.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from goalreach_msgs_py.values import Region
 
 
 class OptionEnd(NamedTuple):
-    """Where an option ended.
+    """The end of an option.
 
     Attributes:
         x_m: Position in `map`, metres.
         y_m: Position in `map`, metres.
-        region: Region the robot is in. On a border it is the one that was entered.
+        region: Region of the robot; on a border the one that was entered.
         bumped: Whether the body touched a wall.
         length_m: Distance driven, metres.
     """
@@ -35,22 +35,26 @@ class OptionEnd(NamedTuple):
 
 
 class OptionEnvironment:
-    """A disc on the arena's floor that drives straight lines.
+    """A disc that drives straight lines on the arena's floor.
 
     Args:
         arena: Walls and regions.
         body_radius_m: Radius of the disc.
-        overshoot_m: Distance driven past a border before the option ends; a bump on the way
-            still counts.
+        overshoot_m: Distance driven past a border before the option ends, unless a wall ends it.
+
+    Attributes:
+        regions: The region map.
+        overshoot_m: As given.
+        x_contacts_m: Smallest and largest x of the disc's centre.
+        y_contacts_m: Smallest and largest y of the disc's centre.
     """
 
     def __init__(
         self, arena: Arena, *, body_radius_m: float = BODY_RADIUS_M, overshoot_m: float = 0.0
     ) -> None:
-        """Take what is needed out of the arena."""
         self.regions = arena.regions
         self.overshoot_m = overshoot_m
-        # Left border of columns 0, 1, 2 and the right one of column 2: walls count as contact.
+        # The outer columns and rows end at walls, which are contacts, not borders.
         x_borders, y_borders = arena.regions.x_borders_m, arena.regions.y_borders_m
         self._x_low = (-math.inf, x_borders[1], x_borders[2])
         self._x_high = (x_borders[1], x_borders[2], math.inf)
@@ -59,13 +63,18 @@ class OptionEnvironment:
         self.x_contacts_m = (body_radius_m, arena.width_m - body_radius_m)
         self.y_contacts_m = (body_radius_m, arena.length_m - body_radius_m)
 
+    def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """Return the nearest point of the free floor."""
+        (x_low, x_high), (y_low, y_high) = self.x_contacts_m, self.y_contacts_m
+        return min(max(x_m, x_low), x_high), min(max(y_m, y_low), y_high)
+
     def advance(self, x_m: float, y_m: float, region: Region, action: int) -> OptionEnd:
-        """Return where one of the eight actions leads.
+        """Return the end of one of the eight actions.
 
         Args:
             x_m: Position in `map`, metres; on the free floor.
             y_m: Position in `map`, metres.
-            region: Region the robot is in; it decides on a border, which belongs to two.
+            region: Region of the robot; it decides on a border, which belongs to two.
             action: Index of the action.
         """
         return self.drive(x_m, y_m, region, ACTION_DIRECTIONS[action])
@@ -73,12 +82,12 @@ class OptionEnvironment:
     def drive(
         self, x_m: float, y_m: float, region: Region, direction: tuple[float, float]
     ) -> OptionEnd:
-        """Return where a straight line in any direction leads.
+        """Return the end of a straight line in any direction.
 
         Args:
             x_m: Position in `map`, metres; on the free floor.
             y_m: Position in `map`, metres.
-            region: Region the robot is in.
+            region: Region of the robot.
             direction: Unit vector (cos, sin) of the heading.
         """
         dx, dy = direction

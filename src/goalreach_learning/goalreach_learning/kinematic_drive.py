@@ -1,10 +1,11 @@
-"""Driving a policy as a point without noise, delay or limits: what the policy itself draws."""
+"""Paths of a policy driven by a point without noise, delay or dynamics, as in Figs. 3 and 6."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 import math
+from typing import Final
 
 import numpy as np
 
@@ -15,11 +16,12 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2
 
 Memberships = Callable[[float, float], tuple[tuple[float, ...], tuple[float, ...]]]
-"""From a position (x, y), metres, to the memberships (3,) of x and (3,) of y."""
+"""Maps a position (x, y), metres, to the memberships (3,) of x and (3,) of y."""
 
-_MAX_OPTIONS = 60
-_MAX_LENGTH_M = 30.0
-# Six times the arena's length; chosen. A path that long goes in circles.
+MAX_OPTIONS: Final = 30
+"""Options after which a path counts as endless; chosen, nine regions need far fewer."""
+_MAX_LENGTH_M: Final = 30.0
+"""Length after which a path counts as endless, six times the arena's length; chosen."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,7 +30,7 @@ class Track:
 
     Attributes:
         points_m: Positions (n, 2) in `map`, metres; straight between them.
-        outcome: How it ended; TIMEOUT where it would go on for ever.
+        outcome: GOAL, BUMP, or TIMEOUT for an endless path or one without an action.
     """
 
     points_m: FloatArray
@@ -42,12 +44,12 @@ class Track:
 
 
 def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: float = 0.0) -> Track:
-    """Return the path of the best actions, one after the other, as in the paper's Fig. 3.
+    """Return the path of the greedy actions, as in the paper's Fig. 3.
 
     Args:
         arena: Walls and regions.
-        policy: What to follow.
-        start: Where to begin.
+        policy: The policy.
+        start: First point; the heading is not used.
         overshoot_m: Distance driven past a border before the next action, metres.
     """
     environment = OptionEnvironment(arena, overshoot_m=overshoot_m)
@@ -55,7 +57,7 @@ def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: floa
     region = policy.regions.region_at(x_m, y_m)
     points = [(x_m, y_m)]
     outcome = PathOutcome.TIMEOUT
-    for _ in range(_MAX_OPTIONS):
+    for _ in range(MAX_OPTIONS):
         if region == policy.regions.goal:
             outcome = PathOutcome.GOAL
             break
@@ -68,6 +70,20 @@ def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: floa
             outcome = PathOutcome.BUMP
             break
     return Track(points_m=np.array(points), outcome=outcome)
+
+
+def greedy_successes(
+    arena: Arena, policy: Policy, *, overshoot_m: float = 0.0
+) -> tuple[bool, ...]:
+    """Return, for each start of the arena, whether the greedy actions lead to the goal.
+
+    Args:
+        arena: Walls, regions and starts.
+        policy: The policy.
+        overshoot_m: Distance driven past a border before the next action, metres.
+    """
+    tracks = (crisp_track(arena, policy, start, overshoot_m=overshoot_m) for start in arena.starts)
+    return tuple(track.outcome is PathOutcome.GOAL for track in tracks)
 
 
 def blended_track(
@@ -83,11 +99,11 @@ def blended_track(
 
     Args:
         arena: Walls and regions.
-        policy: What to follow.
-        start: Where to begin.
+        policy: The policy.
+        start: First point; the heading is not used.
         mode: One of `blending.MODES`.
         memberships: The fuzzy state of a position.
-        step_m: Distance between two looks at the state, metres.
+        step_m: Distance after which the heading is computed again, metres.
     """
     regions = policy.regions
     x_m, y_m = start.x_m, start.y_m

@@ -1,4 +1,4 @@
-"""The paper's learning phase: trials of paths from every start, in one process."""
+"""The paper's learning phase: trials of paths from every start, without simulating time."""
 
 from __future__ import annotations
 
@@ -14,21 +14,18 @@ from goalreach_learning.task import BUMP_REWARD, GOAL_REWARD
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import Pose2
 
-MAX_GREEDY_OPTIONS = 30
-"""Actions after which a greedy path counts as lost; chosen, nine regions need far fewer."""
-
 _DEFAULT = LearningConfig()
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingResult:
-    """What a learning phase yields.
+    """The result of a learning phase.
 
     Attributes:
-        policy: What was learned.
-        success_by_trial: Share of the paths of each trial, exploring, that reached the goal.
-        options: Actions taken in all.
-        length_m: Length driven in all, metres.
+        policy: The learned policy.
+        success_by_trial: Fraction of the exploring paths of each trial that reached the goal.
+        options: Total number of actions.
+        length_m: Total length driven, metres.
     """
 
     policy: Policy
@@ -48,9 +45,9 @@ def train(
 
     Args:
         arena: Walls, regions and starts.
-        config: The free parameters.
-        rng: Source of all chance.
-        on_trial: Called after every trial with its number, from 0, and what is known then.
+        config: Parameters of the learner.
+        rng: Generator of starts and actions.
+        on_trial: Called after every trial with its number, from 0, and the policy so far.
     """
     environment = OptionEnvironment(arena, overshoot_m=config.overshoot_m)
     learner = QLearner(config, arena.regions)
@@ -82,7 +79,7 @@ def _run_path(
     temperature: float,
     rng: np.random.Generator,
 ) -> tuple[bool, int, float]:
-    """Learn along one path; return whether it reached the goal, its actions and its metres."""
+    """Learn along one path; return whether it reached the goal, its actions and its length."""
     goal = learner.regions.goal
     x_m, y_m = _jittered(environment, start, learner.config.start_jitter_m, rng)
     region = learner.regions.region_at(x_m, y_m)
@@ -105,37 +102,9 @@ def _run_path(
 def _jittered(
     environment: OptionEnvironment, start: Pose2, jitter_m: float, rng: np.random.Generator
 ) -> tuple[float, float]:
-    """Return the start moved at random, kept on the free floor."""
+    """Return the start moved at random within the free floor."""
     if jitter_m == 0.0:
         return start.x_m, start.y_m
     x_m = start.x_m + (2.0 * rng.random() - 1.0) * jitter_m
     y_m = start.y_m + (2.0 * rng.random() - 1.0) * jitter_m
-    (x_low, x_high), (y_low, y_high) = environment.x_contacts_m, environment.y_contacts_m
-    return min(max(x_m, x_low), x_high), min(max(y_m, y_low), y_high)
-
-
-def greedy_successes(
-    arena: Arena, policy: Policy, *, overshoot_m: float = 0.0
-) -> tuple[bool, ...]:
-    """Return, for each start, whether the best actions lead from it to the goal.
-
-    Args:
-        arena: Walls, regions and starts.
-        policy: What to follow.
-        overshoot_m: Distance driven past a border before the next action, metres.
-    """
-    environment = OptionEnvironment(arena, overshoot_m=overshoot_m)
-    return tuple(_greedy_success(environment, policy, start) for start in arena.starts)
-
-
-def _greedy_success(environment: OptionEnvironment, policy: Policy, start: Pose2) -> bool:
-    x_m, y_m = start.x_m, start.y_m
-    region = policy.regions.region_at(x_m, y_m)
-    for _ in range(MAX_GREEDY_OPTIONS):
-        action = policy.greedy_action(region)
-        if region == policy.regions.goal or action is None:
-            break
-        x_m, y_m, region, bumped, _ = environment.advance(x_m, y_m, region, action)
-        if bumped:
-            return False
-    return region == policy.regions.goal
+    return environment.clamp(x_m, y_m)

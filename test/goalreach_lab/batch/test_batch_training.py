@@ -10,8 +10,9 @@ from goalreach_lab.batch.batch_training import (
     value_iteration,
 )
 from goalreach_learning.environment import OptionEnvironment
+from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.q_learning import LearningConfig
-from goalreach_learning.training import greedy_successes, train
+from goalreach_learning.training import train
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 
 

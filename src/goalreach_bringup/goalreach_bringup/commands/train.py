@@ -45,9 +45,10 @@ def execute(options: Options) -> int:
     from goalreach_evaluation.choices import choose_arena
     from goalreach_evaluation.summary_file import write_summary
     from goalreach_evaluation.terminal import progress_bar
+    from goalreach_learning.kinematic_drive import greedy_successes
     from goalreach_learning.policy_file import write_policy
     from goalreach_learning.q_learning import LearningConfig
-    from goalreach_learning.training import greedy_successes, train
+    from goalreach_learning.training import train
 
     arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from goalreach_evaluation.choices import read_policy_for
+from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.q_learning import LearningConfig
-from goalreach_learning.training import greedy_successes
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
 
