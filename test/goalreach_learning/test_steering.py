@@ -58,7 +58,7 @@ def test_turning_to_another_heading_stops_and_bending_does_not() -> None:
     follower = HeadingFollower()
     follower.turn_to(0.0)
     follower.command(pose(0), CONFIG)
-    follower.bend_to(math.radians(10))
+    follower.steer_to(math.radians(10))
     assert follower.command(pose(0), CONFIG).linear_m_per_s > 0.4
     follower.turn_to(math.radians(10))  # the same heading: no stop
     assert follower.command(pose(0), CONFIG).linear_m_per_s > 0.4

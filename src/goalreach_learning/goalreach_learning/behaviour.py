@@ -1,4 +1,4 @@
-"""What to do in a state: the choice of actions, their end, their heading, and learning."""
+"""The learned behaviour: choice of actions, their end, their heading, and learning."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from goalreach_msgs_py.values import Region, RegionState, Transition
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """An action under way, which lasts until its region is left.
+    """An action being executed, which lasts until its region is left.
 
     Attributes:
         region: Region in which it was chosen.
-        action: Its index.
-        temperature: Boltzmann temperature of the choice; 0 where greedy.
+        action: Index of the action.
+        temperature: Boltzmann temperature of the choice; 0 for a greedy one.
     """
 
     region: Region
@@ -33,16 +33,16 @@ class Option:
 def settled_region(
     current: Region, state: RegionState, regions: RegionMap, margin_m: float
 ) -> Region:
-    """Return the region after a state: the current one until the estimate is clearly out of it.
+    """Return the region after a state, with hysteresis at the borders.
 
-    An estimate jitters across a border that the robot has just crossed, or drives along; the
-    margin keeps the region from flickering.
+    The region changes only when the estimate is outside of it by a margin, so that an estimate
+    that jitters across a border does not change it repeatedly.
 
     Args:
-        current: The region so far.
+        current: The present region.
         state: The new state.
         regions: The region map.
-        margin_m: How far outside the current region the estimate must be, metres.
+        margin_m: Distance from the present region at which it changes, metres.
     """
     if state.region == current:
         return current
@@ -53,36 +53,35 @@ def settled_region(
 
 
 class Behaviour:
-    """The learned mapping from states to actions, at work.
+    """Chooses actions by a policy, and learns from finished ones if configured to.
 
     Args:
-        config: What can be tuned; may be replaced at any time.
-        policy: What is known at the start.
-        rng: Source of the chance in equation (2).
+        config: Parameters; may be replaced at any time.
+        policy: Initial policy.
+        rng: Generator of the choices by equation (2).
 
     Attributes:
-        config: As given.
-        policy: What is known now.
+        config: Present parameters.
+        policy: Present policy.
     """
 
     def __init__(self, config: ControllerConfig, policy: Policy, rng: np.random.Generator) -> None:
-        """Take over what the policy knows."""
         self.config = config
         self.policy = policy
         self._rng = rng
         self._learner = QLearner(config.learning, policy.regions, policy)
 
     @property
-    def one_by_one(self) -> bool:
-        """Whether actions are driven one by one, as the paper's options."""
+    def uses_options(self) -> bool:
+        """Whether actions are executed one after the other, as the paper's options."""
         return self.config.learn or self.config.mode == 'crisp'
 
     def choose(self, state: RegionState, trial: int) -> Option | None:
-        """Return the action to begin, or None where nothing is known and nothing is to be tried.
+        """Return the action to begin, or None where a greedy policy has none.
 
         Args:
-            state: Where the robot is.
-            trial: Number of the trial, from 0; it sets the temperature of a learner.
+            state: State of the robot.
+            trial: Number of the trial, from 0, which determines the temperature of a learner.
         """
         if self.config.learn:
             temperature = self.config.learning.temperature(trial)
@@ -96,30 +95,30 @@ class Behaviour:
         return Option(region=state.region, action=greedy, temperature=0.0)
 
     def _neighbour_action(self, state: RegionState) -> int | None:
-        """Return the action of the weightiest cell that has one, or None where none votes."""
+        """Return the action of the cell with the largest weight that has one, or None."""
         found = votes('crisp', state.mu_x, state.mu_y, self.policy)
         return found[0].action if found else None
 
     def region_after(self, option: Option, state: RegionState) -> Region | None:
-        """Return the region in which the option ended, or None while it goes on.
+        """Return the region in which the option ended, or None while it continues.
 
-        One that entered the goal goes on: its end is the goal's declaration, not the region's.
+        An option that has entered the goal continues until the goal is declared.
         """
         regions = self.policy.regions
         region = settled_region(option.region, state, regions, self.config.region_margin_m)
         return None if region in (option.region, regions.goal) else region
 
     def heading(self, option: Option | None, state: RegionState) -> float | None:
-        """Return the heading to drive, radians in `map`, or None where the last one stays.
+        """Return the heading to drive, radians in `map`, or None to keep the last one.
 
-        Inside the goal but not yet sure of it, a greedy robot does as the neighbour it might
-        still be in: one that came in along the goal's edge turns further in, not into the wall.
+        Inside the goal before it is declared, a greedy robot takes the action of the neighbour
+        in which it may still be: at the goal's edge it turns further in, not into the wall.
 
         Args:
-            option: The action under way.
-            state: Where the robot is.
+            option: The action being executed.
+            state: State of the robot.
         """
-        if not self.one_by_one:
+        if not self.uses_options:
             return blend_heading(self.config.mode, state.mu_x, state.mu_y, self.policy)
         if option is None:
             return None
@@ -129,7 +128,7 @@ class Behaviour:
         return None if action is None else ACTION_HEADINGS_RAD[action]
 
     def learn(self, transition: Transition) -> bool:
-        """Learn from a finished action by equation (1), if told to; return whether it was."""
+        """Learn from a finished action by equation (1) if configured to; return whether it did."""
         if not self.config.learn:
             return False
         self._learner.update(

@@ -1,4 +1,4 @@
-"""From memberships to a heading: the paper's crisp choice and three ways to blend actions."""
+"""From memberships to a heading: the crisp choice and three ways to blend actions."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Region
 
 MODES: Final = ('crisp', 'fuzzy', 'fuzzy-eq3', 'fuzzy-as-printed')
-"""Ways to drive: one cell; products over four; equation (3) with unit vectors; as printed."""
+"""One cell; products over four cells; equation (3) with unit vectors; equation (3) as printed."""
 
-_OPPOSED = 1e-6
-# Length of the blended unit vector below which its direction means nothing; chosen.
+_OPPOSED: Final = 1e-6
+"""Length of the blended unit vector below which its direction is meaningless; chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Vote:
-    """The voice of one cell.
+    """The contribution of one cell to the heading.
 
     Attributes:
         region: The cell.
-        action: Its best action.
-        weight: Its share, > 0; not normalised.
+        action: Its greedy action.
+        weight: Its weight, > 0; not normalised.
     """
 
     region: Region
@@ -38,16 +38,16 @@ class Vote:
 def blend_heading(
     mode: str, mu_x: Sequence[float], mu_y: Sequence[float], policy: Policy
 ) -> float | None:
-    """Return the heading to drive in the given fuzzy state, radians in (-pi, pi].
+    """Return the heading to drive in a fuzzy state, radians in (-pi, pi].
 
     Args:
         mode: One of `MODES`.
         mu_x: Memberships (3,) of x.
         mu_y: Memberships (3,) of y.
-        policy: Where the best actions come from.
+        policy: Source of the greedy actions.
 
     Returns:
-        The heading in `map`, or None where no cell votes or the votes cancel out.
+        The heading in `map`, or None if no cell votes or the votes cancel out.
 
     Raises:
         ConfigurationError: There is no such mode.
@@ -60,14 +60,14 @@ def votes(
 ) -> tuple[Vote, ...]:
     """Return the cells that vote and their weights.
 
-    The goal has no learned action, nor has a cell that was never visited: they do not vote. In
-    `crisp` mode, where the dominant cell cannot vote, the weightiest one that can does.
+    The goal and cells that were never visited have no learned action and do not vote. In `crisp`
+    mode the cell with the largest weight among those that can vote does.
 
     Args:
         mode: One of `MODES`.
         mu_x: Memberships (3,) of x.
         mu_y: Memberships (3,) of y.
-        policy: Where the best actions come from.
+        policy: Source of the greedy actions.
 
     Raises:
         ConfigurationError: There is no such mode.
@@ -83,7 +83,7 @@ def votes(
 
 
 def _product_weights(mu_x: Sequence[float], mu_y: Sequence[float]) -> list[tuple[Region, float]]:
-    """Weigh each cell by the product of its two memberships (at most four are above zero)."""
+    """Return the product of the memberships of each cell, of which at most four are positive."""
     return [
         ((i, j), mu_x[i] * mu_y[j])
         for i in range(3)
@@ -96,10 +96,10 @@ def _product_weights(mu_x: Sequence[float], mu_y: Sequence[float]) -> list[tuple
 def _equation_3_weights(
     mu_x: Sequence[float], mu_y: Sequence[float]
 ) -> list[tuple[Region, float]]:
-    """Weigh as equation (3) does: the dominant cell and one neighbour, along x and along y.
+    """Return the weights of equation (3): the dominant cell and a neighbour along x and along y.
 
     a_i and a_(i+1) are the actions of adjacent columns in the dominant row j; a_j and a_(j+1)
-    those of adjacent rows in the dominant column i. So the dominant cell votes twice.
+    those of adjacent rows in the dominant column i: the dominant cell votes twice.
     """
     i, j = _dominant(mu_x), _dominant(mu_y)
     along_x = [((column, j), mu_x[column]) for column in range(3) if mu_x[column] > 0.0]
@@ -122,15 +122,15 @@ def _learned(weights: list[tuple[Region, float]], policy: Policy) -> tuple[Vote,
 
 
 def blend(mode: str, cast: Sequence[Vote]) -> float | None:
-    """Return the heading that the votes add up to, radians in (-pi, pi].
+    """Return the weighted mean of the votes' headings, radians in (-pi, pi].
 
     Args:
-        mode: `fuzzy-as-printed` averages the actions as numbers 0 ... 315, as equation (3)
-            stands; every other mode averages their unit vectors.
+        mode: `fuzzy-as-printed` averages the actions as numbers 0 ... 315, as equation (3) is
+            printed; every other mode averages their unit vectors.
         cast: The votes.
 
     Returns:
-        The heading in `map`, or None where there is no vote or the votes cancel out.
+        The heading in `map`, or None if there is no vote or the votes cancel out.
     """
     total = math.fsum(vote.weight for vote in cast)
     if total <= 0.0:

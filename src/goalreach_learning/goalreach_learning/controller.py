@@ -1,8 +1,8 @@
-"""The goal-reaching behaviour, one step per state: learned actions into velocities.
+"""The goal-reaching controller: one step per state, from learned actions to velocities.
 
 Crisp: "the vehicle rotates until it is oriented towards the selected direction and translates
 until the current state changes" (section "The Action Set and Q-learning"). Fuzzy: every state
-gives a heading of its own, which is followed on the move.
+has its own heading, which the robot follows while it drives.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ _NS_PER_S = 1e9
 
 @dataclass(frozen=True, kw_only=True)
 class ControlStep:
-    """The answer to one state.
+    """The output for one state.
 
     Attributes:
-        command: Velocities to drive with until the next state.
-        heading_rad: Heading that is being followed, radians in `map`; None while standing idle.
-        transition: The action that this state finished, or None. Where its outcome is not None
+        command: Velocities until the next state.
+        heading_rad: Heading that is followed, radians in `map`; None while idle.
+        transition: The action that ended with this state, or None. If its outcome is not None,
             the path has ended.
-        policy_changed: Whether something was learned.
+        policy_changed: Whether the policy was updated.
     """
 
     command: Twist2
@@ -49,21 +49,20 @@ class ControlStep:
 
 
 class GoalReachingController:
-    """Drives path after path; learns on the way if told to.
+    """Drives path after path, and learns if configured to.
 
-    With `config.learn` the actions are chosen by equation (2) and driven one by one as in
-    `crisp` mode, whatever the mode, and every finished action is learned from by equation (1).
-    The goal is declared only when it is sure enough; a state that is uncertain or old makes the
-    robot stand and wait.
+    With `config.learn` the actions are chosen by equation (2) and executed as in `crisp` mode,
+    whatever the mode, and every finished action updates the policy by equation (1). The goal is
+    declared when its probability reaches `config.goal_confidence`; while the state is uncertain
+    or old the robot stops and waits.
 
     Args:
-        config: What can be tuned.
-        policy: What is known at the start.
-        rng: Source of the chance in equation (2).
+        config: Parameters.
+        policy: Initial policy.
+        rng: Generator of the choices by equation (2).
     """
 
     def __init__(self, config: ControllerConfig, policy: Policy, rng: np.random.Generator) -> None:
-        """Stand idle until a path begins."""
         self._behaviour = Behaviour(config, policy, rng)
         self._last: tuple[int, ControlStep] | None = None
         self.begin_path(start=None, path=0, trial=0)
@@ -71,12 +70,12 @@ class GoalReachingController:
 
     @property
     def policy(self) -> Policy:
-        """What is known now."""
+        """Present policy."""
         return self._behaviour.policy
 
     @property
     def config(self) -> ControllerConfig:
-        """What can be tuned; a new one counts from the next step on."""
+        """Parameters; new ones take effect with the next step."""
         return self._behaviour.config
 
     @config.setter
@@ -84,12 +83,12 @@ class GoalReachingController:
         self._behaviour.config = config
 
     def begin_path(self, *, start: Pose2 | None, path: int, trial: int) -> None:
-        """Begin a path: wait for a good state near its start, then drive.
+        """Begin a path: wait for a confident state near its start, then drive.
 
         Args:
-            start: Where the robot was put; None to start from wherever it is.
+            start: Pose at which the robot was placed; None to start from its present pose.
             path: Number of the path within the run, from 0.
-            trial: Number of the trial, from 0; it sets the temperature.
+            trial: Number of the trial, from 0, which determines the temperature.
         """
         self._start, self._path, self._trial = start, path, trial
         self._idle = self._driving = False
@@ -98,12 +97,11 @@ class GoalReachingController:
         self._follower = HeadingFollower()
 
     def step(self, *, time_ns: int, state: RegionState, bumped: bool) -> ControlStep:
-        """Answer a state.
+        """Return the output for a state.
 
         Args:
-            time_ns: Stamp of the state. The same stamp again gets the same command again, and
-                nothing is learned twice.
-            state: What is known of the robot's place.
+            time_ns: Stamp of the state. A repeated stamp yields the same command and no update.
+            state: Estimated state of the robot.
             bumped: Whether a bumper is pressed.
         """
         if self._last is not None and self._last[0] == time_ns:
@@ -144,19 +142,19 @@ class GoalReachingController:
         return None
 
     def _end(self, state: RegionState, outcome: PathOutcome) -> ControlStep:
-        """Finish the path; an action that the time-out cut off teaches nothing."""
+        """Finish the path; an action truncated by the time-out updates nothing."""
         self._idle = True
         goal = self.policy.regions.goal
-        option, teaches = self._option, outcome is not PathOutcome.TIMEOUT
-        if option is None:  # it ended before anything was chosen
-            heading = nearest_action(state.pose.heading_rad)
-            option, teaches = Option(region=state.region, action=heading, temperature=0.0), False
+        option, learns = self._option, outcome is not PathOutcome.TIMEOUT
+        if option is None:  # the path ended before an action was chosen
+            action = nearest_action(state.pose.heading_rad)
+            option, learns = Option(region=state.region, action=action, temperature=0.0), False
         next_region = goal if outcome is PathOutcome.GOAL else state.region
         transition = self._transition(option, next_region, outcome)
         return ControlStep(
             command=STANDING,
             transition=transition,
-            policy_changed=teaches and self._behaviour.learn(transition),
+            policy_changed=learns and self._behaviour.learn(transition),
         )
 
     def _transition(
@@ -180,10 +178,10 @@ class GoalReachingController:
         if self._option is None:
             self._option = self._behaviour.choose(state, self._trial)
         heading_rad = self._behaviour.heading(self._option, state)
-        if heading_rad is not None and self._behaviour.one_by_one:
+        if heading_rad is not None and self._behaviour.uses_options:
             self._follower.turn_to(heading_rad)
         elif heading_rad is not None:
-            self._follower.bend_to(heading_rad)
+            self._follower.steer_to(heading_rad)
         return ControlStep(
             command=self._follower.command(state.pose, self.config),
             heading_rad=self._follower.heading_rad,

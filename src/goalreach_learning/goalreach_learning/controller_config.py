@@ -1,4 +1,4 @@
-"""What can be tuned in the controller."""
+"""Parameters of the controller."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from goalreach_msgs_py.parameters import check_fields, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerConfig:
-    """How the controller drives and whether it learns on the way.
+    """How the controller drives and whether it learns.
 
     Raises:
         ConfigurationError: A value is out of its range; the field is named.
@@ -36,14 +36,14 @@ class ControllerConfig:
     )
     steering_braking_rad_per_s2: float = parameter(
         deg(20.0),
-        'Steering deceleration to count on, rad/s^2: two thirds of the 30 deg/s^2 of the Nomad '
-        '200 as its drivers set it, the rest is for the delay of one image; chosen',
+        'Assumed steering deceleration, rad/s^2: two thirds of the 30 deg/s^2 that drivers of the '
+        'Nomad 200 set, the rest compensates the delay of one image; chosen',
         minimum=0.01,
         maximum=10.0,
     )
     stop_heading_error_rad: float = parameter(
         deg(60.0),
-        'Heading error from which the robot only turns, rad; it slows smoothly before; chosen',
+        'Heading error from which the robot only turns, rad; below, it slows down; chosen',
         minimum=deg(5.0),
         maximum=deg(90.0),
     )
@@ -55,8 +55,8 @@ class ControllerConfig:
     )
     region_margin_m: float = parameter(
         0.04,
-        'How far past a border the estimate must be for the region to count as left, m: three '
-        'times the usual error of the estimate, so that its jitter ends no action; chosen',
+        'Distance past a border at which the region counts as left, m: three times the usual '
+        'error of the estimate, so that its jitter ends no action; chosen',
         minimum=0.0,
         maximum=0.5,
     )
@@ -68,17 +68,17 @@ class ControllerConfig:
         maximum=1.0,
     )
     timeout_s: float = parameter(
-        60.0, 'Time after which a path is given up, s; chosen', minimum=1.0, maximum=3600.0
+        60.0, 'Time after which a path is truncated, s; chosen', minimum=1.0, maximum=3600.0
     )
     start_tolerance_m: float = parameter(
         0.25,
-        'A path begins when the estimate is this near its start, m; chosen',
+        'Distance of the estimate from the start at which a path begins, m; chosen',
         minimum=0.01,
         maximum=10.0,
     )
     learn: bool = parameter(
         False,
-        'Learn while driving: actions by equation (2), driven as the paper does, one by one',
+        'Whether to learn while driving: actions by equation (2), executed as options',
     )
     learning: LearningConfig = field(default_factory=LearningConfig)
 

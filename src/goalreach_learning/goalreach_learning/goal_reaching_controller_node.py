@@ -15,10 +15,11 @@ from std_msgs.msg import Float64MultiArray
 
 from goalreach_learning.controller import GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
-from goalreach_learning.mission import MissionConfig, PathOrder
+from goalreach_learning.mission import MissionConfig
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.ros.placement import ConditionWait, RobotPlacement
+from goalreach_learning.steering import STANDING
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.diagnostic_messages import q_table_to_raw, state_from_raw, transition_to_raw
@@ -46,22 +47,20 @@ _THROTTLE_S = 5.0
 _PATH_TICKS = 25
 _POSE_TICKS = 5
 _STUCK_TICKS = 25
-_STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
 class GoalReachingControllerNode(Node):
     """Adapter of one `GoalReachingController`, driving path after path.
 
     Publishes: `/cmd_vel` with the stamp of the state it answers, `/q_learning/transition`,
-    `/q_learning/q_table` (latched), `/path` (about 1 Hz, where somebody listens), `/diagnostics`.
-    Subscribes: `/state`, `/bumpers`; acts on a stamp when both of it are there.
-    Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, where it has starts.
-    Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a
-    learning that begins anew); `mode` may change while it drives.
+    `/q_learning/q_table` (latched), `/path` (about 1 Hz, while subscribed to), `/diagnostics`.
+    Subscribes: `/state`, `/bumpers`; processes a stamp when both have arrived.
+    Calls: `/nomad200/set_parameters`, `/nomad200/reset`, `/nomad200/pause`, if it has starts.
+    Parameters: the fields of `ControllerConfig`, `MissionConfig` and `RegionConfig` (for a new
+    policy); `mode` may change while it drives.
     """
 
     def __init__(self) -> None:
-        """Declare, read or learn the policy, and build."""
         super().__init__(_NAME)
         self._mission = NodeConfig(self, MissionConfig).value
         config = NodeConfig(self, ControllerConfig, live=('mode',), on_change=self._on_config)
@@ -75,10 +74,11 @@ class GoalReachingControllerNode(Node):
         self._placement = RobotPlacement(self)
         self._drive = self.create_publisher(TwistStamped, CMD_VEL, RELIABLE_QOS)
         self._transitions = self.create_publisher(DiagnosticArray, TRANSITION, DEEP_QOS)
-        self._consumer = ConditionWait(
+        consumer = self._mission.consumer
+        self._subscription = ConditionWait(
             self,
-            self._consumer_is_subscribed,
-            f'the first path waits for {self._mission.consumer} to subscribe to {TRANSITION}',
+            lambda: not consumer or is_subscribed(self, consumer, self._transitions),
+            f'the first path waits for {consumer} to subscribe to {TRANSITION}',
         )
         self._q_table = self.create_publisher(Float64MultiArray, Q_TABLE, LATCHED_QOS)
         self._path = self.create_publisher(Path, PATH, RELIABLE_QOS)
@@ -103,13 +103,8 @@ class GoalReachingControllerNode(Node):
         self.get_logger().info('no policy given: learning one')
         return train(Arena(), rng=rng).policy
 
-    def _consumer_is_subscribed(self) -> bool:
-        """Return whether no transition can be lost any more."""
-        consumer = self._mission.consumer
-        return not consumer or is_subscribed(self, consumer, self._transitions)
-
-    def _keep(self, path: int) -> None:
-        """Write what has been learned, so that nothing of a finished path is lost."""
+    def _save_policy(self, path: int) -> None:
+        """Write the policy after a path, if it is learned."""
         if not (self._mission.policy_out and self._controller.config.learn):
             return
         policy = self._controller.policy
@@ -136,7 +131,7 @@ class GoalReachingControllerNode(Node):
         return collect
 
     def _note_bumpers(self, pressed: Sequence[bool]) -> None:
-        """Tell of a bumper that stays pressed."""
+        """Warn of a bumper that stays pressed."""
         self._pressed_ticks = self._pressed_ticks + 1 if any(pressed) else 0
         if self._pressed_ticks and self._pressed_ticks % _STUCK_TICKS == 0:
             which = ', '.join(str(i) for i, on in enumerate(pressed) if on)
@@ -148,11 +143,11 @@ class GoalReachingControllerNode(Node):
 
     def _process(self, stamp_ns: int, state: RegionState, *, bumped: bool) -> None:
         if self._finished:
-            self._command(_STANDING, stamp_ns)
+            self._command(STANDING, stamp_ns)
             return
         if not self._driving:
             self._busy = True
-            self._consumer.run(lambda: self._begin_next_path(stamp_ns))
+            self._subscription.run(lambda: self._begin_next_path(stamp_ns))
             return
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
         self._report(stamp_ns, state)
@@ -161,7 +156,7 @@ class GoalReachingControllerNode(Node):
         if step.transition is not None:
             self._reply.send(self._transitions, transition_to_raw(step.transition, stamp_ns))
             if step.transition.outcome is not None:
-                self._keep(step.transition.path)
+                self._save_policy(step.transition.path)
                 self._begin_next_path(stamp_ns)
                 return
         self._command(step.command, stamp_ns)
@@ -170,15 +165,15 @@ class GoalReachingControllerNode(Node):
         self._reply.send(self._drive, twist_to_raw(twist, stamp_ns))
 
     def _begin_next_path(self, stamp_ns: int) -> None:
-        """Start the next path; `/cmd_vel` is answered only when the robot has been placed.
+        """Start the next path; `/cmd_vel` is published only after the robot has been placed.
 
-        So a simulator in lockstep, which waits for that answer, is placed between two ticks.
+        A simulator in lockstep, which waits for that command, is thus placed between two ticks.
         """
-        order = PathOrder.number(self._mission, self._next_path)
+        order = self._mission.path_order(self._next_path)
 
         def answer() -> None:
             self._busy = False
-            self._command(_STANDING, stamp_ns)
+            self._command(STANDING, stamp_ns)
 
         if order is None:
             self._finished = self._busy = True

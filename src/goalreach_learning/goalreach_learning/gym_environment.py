@@ -1,7 +1,6 @@
-"""The options of the paper as a Gymnasium environment; needs the extra `gym`.
+"""The options of the paper as a Gymnasium environment; requires the extra `gym`.
 
-Importing this module makes `goalreach/GoalReach-v0` known to Gymnasium: since 1.0 that is how
-environments outside of it register.
+Importing this module registers `goalreach/GoalReach-v0` with Gymnasium.
 """
 
 from __future__ import annotations
@@ -50,18 +49,18 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     | `'memberships'` | `Box(0, 1, (6,))` | degrees of the three columns, then the three rows |
     | `'pose'` | `Box(0, 1, (2,))` | x over the width and y over the length of the arena |
 
-    The region alone is not a Markov state: where an option ends depends on where in the region it
-    began. On a border, `'region'` tells which side counts; the other two do not.
+    The region alone is not a Markov state: the end of an option depends on where in the region it
+    began. On a border, only `'region'` tells which side the robot is on.
 
     ## Rewards
     +1 for entering the goal region, -1 for touching a wall, 0 otherwise.
 
     ## Starting State
-    One of the arena's starts, at random. `reset(options={'start': k})` takes the k-th;
+    A random one of the arena's starts. `reset(options={'start': k})` selects the k-th;
     `{'start': (x_m, y_m)}` any point of the free floor outside the goal.
 
     ## Episode End
-    Termination: the goal is reached or a wall is touched. Truncation: after 60 options, by the
+    Termination: the goal is reached or a wall touched. Truncation: after 60 options, by the
     `TimeLimit` wrapper of `gymnasium.make`.
 
     ## Information
@@ -72,7 +71,7 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     * `observation`: one of `'region'`, `'memberships'`, `'pose'`.
     * `arena`: an `Arena`; the paper's by default.
     * `overshoot_m`: distance driven past a border before an option ends, metres; 0 by default.
-    * `start_jitter_m`: starts are moved by up to this much along x and y; 0 by default.
+    * `start_jitter_m`: largest random shift of starts along x and y, metres; 0 by default.
 
     ```python
     import gymnasium
@@ -111,10 +110,10 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Put the robot at a start.
+        """Place the robot at a start.
 
         Args:
-            seed: Seed of the starts, or None to go on with the last.
+            seed: Seed of the starts, or None to continue the sequence.
             options: `start` as an index or a point (x_m, y_m), metres.
 
         Returns:
@@ -132,18 +131,14 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         return self._observe(), self._info(0.0)
 
     def _point(self, start: object) -> tuple[float, float]:
-        """Return the point of a start given by index or place."""
+        """Return the point of a start given by index or position."""
         starts = self._arena.starts
         if isinstance(start, (int, np.integer)):
             if not 0 <= start < len(starts):
                 raise ConfigurationError('start', start, f'an index below {len(starts)}')
             jitter = self.np_random.uniform(-self._jitter_m, self._jitter_m, 2)
-            (x_low, x_high), (y_low, y_high) = (
-                self._environment.x_contacts_m,
-                self._environment.y_contacts_m,
-            )
             x_m, y_m = starts[int(start)].x_m + jitter[0], starts[int(start)].y_m + jitter[1]
-            return float(np.clip(x_m, x_low, x_high)), float(np.clip(y_m, y_low, y_high))
+            return self._environment.clamp(float(x_m), float(y_m))
         point = np.asarray(start, dtype=np.float64)
         in_goal = point.shape == (2,) and (
             self._arena.regions.region_at(*point) == self._arena.regions.goal
@@ -153,13 +148,13 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         return float(point[0]), float(point[1])
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive one option.
+        """Execute one option.
 
         Args:
             action: Index of the heading.
 
         Returns:
-            Observation, reward, whether terminated, whether truncated (never here), information.
+            Observation, reward, whether terminated, whether truncated (always False), information.
         """
         end = self._environment.advance(self._x_m, self._y_m, self._region, int(action))
         self._x_m, self._y_m, self._region = end.x_m, end.y_m, end.region
@@ -199,7 +194,7 @@ def _space(observation: str) -> spaces.Space[Any]:
 
 
 def register() -> None:
-    """Make `goalreach/GoalReach-v0` known to Gymnasium; a second call changes nothing."""
+    """Register `goalreach/GoalReach-v0` with Gymnasium, once."""
     if ENVIRONMENT_ID not in gymnasium.registry:
         gymnasium.register(
             id=ENVIRONMENT_ID, entry_point=_ENTRY_POINT, max_episode_steps=_MAX_OPTIONS

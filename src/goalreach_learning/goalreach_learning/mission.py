@@ -1,4 +1,4 @@
-"""Which path comes next: starting poses in order, trial after trial."""
+"""The mission: starting poses in order, trial after trial."""
 
 from __future__ import annotations
 
@@ -12,30 +12,43 @@ _NUMBERS_PER_START = 3
 
 
 @dataclass(frozen=True, kw_only=True)
+class PathOrder:
+    """One path to be driven.
+
+    Attributes:
+        path: Number of the path, from 0.
+        trial: Number of the trial: one trial drives every start once.
+        start: Pose at which to place the robot, or None for its present pose.
+    """
+
+    path: int
+    trial: int
+    start: Pose2 | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class MissionConfig:
-    """What the controller is to drive, and with which policy."""
+    """The paths to drive, and the policy to drive them with."""
 
     policy: str = parameter(
-        '', "Policy file; empty: learn one at start by the paper's procedure, without noise"
+        '', "Policy file; empty: learn one at the start by the paper's procedure, without noise"
     )
     policy_out: str = parameter(
         '', 'Policy file to write after every path while learning; empty: none'
     )
     starts: tuple[float, ...] = parameter(
-        (), 'Starting poses x, y, heading, one after the other, m and rad; empty: no placing'
+        (), 'Starting poses x, y (m), heading (rad) in turn; empty: the robot is not placed'
     )
-    paths: int = parameter(
-        0, 'Number of paths, then stop; 0: without end', minimum=0, maximum=1_000_000
-    )
+    paths: int = parameter(0, 'Number of paths; 0: unlimited', minimum=0, maximum=1_000_000)
     first_path: int = parameter(
-        0, 'Number of the first path, where a learning goes on', minimum=0, maximum=1_000_000
+        0, 'Number of the first path, when learning is resumed', minimum=0, maximum=1_000_000
     )
     resume: bool = parameter(
-        False, 'Drive the first path from wherever the robot stands: it was placed already'
+        False, 'Whether the first path begins at the present pose of the robot'
     )
     consumer: str = parameter(
         '',
-        'Node that must miss no transition: the first path waits until it subscribes; empty: none',
+        'Node whose subscription to the transitions the first path waits for; empty: none',
     )
     seed: int = parameter(
         0, 'Seed of action selection while learning', minimum=0, maximum=2**31 - 1
@@ -56,29 +69,13 @@ class MissionConfig:
             for x, y, heading in zip(numbers, numbers, numbers, strict=True)
         )
 
-
-@dataclass(frozen=True, kw_only=True)
-class PathOrder:
-    """One path to be driven.
-
-    Attributes:
-        path: Number of the path, from 0.
-        trial: Number of the trial: one trial drives every start once.
-        start: Pose to be placed at, or None to drive from wherever the robot stands.
-    """
-
-    path: int
-    trial: int
-    start: Pose2 | None
-
-    @classmethod
-    def number(cls, config: MissionConfig, path: int) -> PathOrder | None:
+    def path_order(self, path: int) -> PathOrder | None:
         """Return the order of a path by its number, or None after the last one."""
-        if config.paths and path >= config.paths:
+        if self.paths and path >= self.paths:
             return None
-        starts = config.start_poses
-        if starts and config.resume and path == config.first_path:
-            return cls(path=path, trial=path // len(starts), start=None)
+        starts = self.start_poses
         if not starts:
-            return cls(path=path, trial=path, start=None)
-        return cls(path=path, trial=path // len(starts), start=starts[path % len(starts)])
+            return PathOrder(path=path, trial=path, start=None)
+        trial, index = divmod(path, len(starts))
+        in_place = self.resume and path == self.first_path
+        return PathOrder(path=path, trial=trial, start=None if in_place else starts[index])

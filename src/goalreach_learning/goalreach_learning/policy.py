@@ -1,4 +1,4 @@
-"""What was learned: Q-values, visits, and the best action of each region."""
+"""Learned policies: Q-values, visits, and the greedy action of each region."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ _DEFAULT_GAMMA = 0.9
 
 
 def tie_tolerance(gamma: float = _DEFAULT_GAMMA) -> float:
-    """Return how near to the best a value must be to count as equally good.
+    """Return the difference up to which two Q-values count as equal.
 
-    A fifth (chosen) of 1 - gamma, the loss of value from one action to the next on the way from
-    the goal: well below what tells really different actions apart.
+    A fifth (chosen) of 1 - gamma, the relative loss of value per action on the way to the goal:
+    well below the difference of a detour by one action.
 
     Args:
-        gamma: Discount factor that the values were learned with.
+        gamma: Discount factor with which the values were learned.
     """
     return _TIE_FRACTION * (1.0 - gamma)
 
 
 def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-    """Return the best action of every state, or -1 where none was ever tried.
+    """Return the greedy action of every state, or -1 where none was tried.
 
-    Among actions of practically equal value (several headings lead on equally well) the one in
-    the middle of them is taken: nearest to the mean of their directions, the best at a tie. It
-    keeps away from walls and from region borders on both sides, where the outer ones do not.
+    Often several adjacent headings are practically equal in value. The one closest to the mean of
+    their directions is taken, the best at a tie, since it keeps away from walls and region borders
+    on both sides.
 
     Args:
         q: Q-values (..., 8).
-        visits: How often each action was tried, (..., 8); untried ones are not known, so not best.
-        tolerance: Largest difference from the best that counts as equal.
+        visits: How often each action was tried, (..., 8); untried actions are never greedy.
+        tolerance: Largest difference from the best value that counts as equal.
 
     Returns:
         Indices of actions, shape (...).
@@ -66,12 +66,12 @@ class Policy:
 
     Attributes:
         q: Q-values (3, 3, 8), indexed [x][y][action].
-        visits: How often each was updated, same shape.
-        regions: The region map it was learned on; it names the goal.
-        learning: How it was learned: alpha, gamma, temperatures, trials, seed, ... by name.
+        visits: Number of updates of each, same shape.
+        regions: The region map, with its goal.
+        learning: Parameters of the learning by name: alpha, gamma, temperatures, trials, seed, ...
 
     Raises:
-        ConfigurationError: An array has the wrong shape or a value that cannot be.
+        ConfigurationError: An array has the wrong shape or an invalid value.
     """
 
     q: FloatArray
@@ -94,19 +94,19 @@ class Policy:
 
     @classmethod
     def unlearned(cls, regions: RegionMap) -> Policy:
-        """Return the policy of a robot that knows nothing yet: zeros."""
+        """Return a policy without any learning: all Q-values and visits zero."""
         return cls(q=np.zeros(_SHAPE), visits=np.zeros(_SHAPE, dtype=np.int64), regions=regions)
 
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:
-        """The best action [x][y] of every region; None for the goal and where never tried."""
+        """The greedy action [x][y] of every region; None for the goal and where none was tried."""
         gamma = float(self.learning.get('gamma', _DEFAULT_GAMMA))
         best = best_actions(self.q, self.visits, tie_tolerance(gamma))
         best[self.regions.goal] = -1
         return tuple(tuple(None if k < 0 else k for k in column) for column in best.tolist())
 
     def greedy_action(self, region: Region) -> int | None:
-        """Return the best action of a region, or None where none was learned.
+        """Return the greedy action of a region, or None where none was learned.
 
         Args:
             region: The state (i, j).

@@ -24,18 +24,18 @@ _MOST_VISITS = 2**53
 
 
 class _DefectError(Exception):
-    """A defect of the file, as a line without the file's name."""
+    """A defect of the file, described without the file's name."""
 
 
 def read_policy(path: Path | str) -> Policy:
-    """Return the policy of a file.
+    """Read a policy file.
 
     Args:
         path: The file.
 
     Raises:
-        FileFormatError: The file cannot be read or is not a policy; the line names the file,
-            the field and the value.
+        FileFormatError: The file cannot be read or is not a policy; the message names file, field
+            and value.
     """
     try:
         document = json.loads(Path(path).read_text(encoding='utf-8'))
@@ -118,7 +118,7 @@ def _array(
 
 
 def _numbers(value: object, shape: Sequence[int], place: str) -> list[float]:
-    """Return the numbers of nested lists in order, or refuse the first that does not fit."""
+    """Return the numbers of nested lists of a shape in order, or refuse the first defect."""
     if not shape:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise _DefectError(f'{place} = {_short(value)}: must be a number')
@@ -141,11 +141,11 @@ def _short(value: object) -> str:
 
 
 def write_policy(path: Path | str, policy: Policy) -> None:
-    """Write a policy; the file is whole at every moment, even after a crash.
+    """Write a policy file atomically: even after a crash it is complete.
 
     Args:
-        path: The file, replaced if it is there.
-        policy: What to write.
+        path: The file, which is replaced if it exists.
+        policy: The policy.
 
     Raises:
         FileFormatError: The file cannot be written.

@@ -1,6 +1,6 @@
 """Q-learning with Boltzmann exploration: equations (1) and (2), one function each.
 
-Plain floats on purpose: a table of 72 numbers is faster this way than as an array.
+Plain floats, since a table of 72 numbers is faster as lists than as an array.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from goalreach_msgs_py.values import Region
 
 @dataclass(frozen=True, kw_only=True)
 class LearningConfig:
-    """How the learner learns.
+    """Parameters of the learning.
 
-    The paper fixes 20 trials of 22 paths; everything else here is chosen.
+    The paper gives 20 trials of 22 paths; all other values are chosen.
 
     Raises:
         ConfigurationError: A value is out of its range; the field is named.
@@ -48,7 +48,7 @@ class LearningConfig:
     temperature_end: float = parameter(
         0.01,
         'Boltzmann temperature of equation (2) in the last trial, in units of reward; chosen: '
-        'with 0.05 the same is learned with four tenths more actions',
+        '0.05 learns the same with 40 % more actions',
         minimum=1e-3,
         maximum=1e3,
     )
@@ -60,21 +60,21 @@ class LearningConfig:
     )
     max_options: int = parameter(
         60,
-        'Actions after which a path in simulation is cut off, without penalty; chosen',
+        'Actions after which a path in simulation is truncated, without penalty; chosen',
         minimum=1,
         maximum=100_000,
     )
     start_jitter_m: float = parameter(
         0.05,
-        'Starts are moved by up to this much along x and y, m, so that what is learned holds '
-        'near them too; 0 gives the exact starts; chosen',
+        'Largest random shift of the starts along x and y, m, so that the policy holds near them, '
+        'too; chosen',
         minimum=0.0,
         maximum=0.5,
     )
     overshoot_m: float = parameter(
         0.05,
         'Distance driven past a region border before the next action, m: a robot notices the '
-        'border only once across; chosen',
+        'border only after it has crossed it; chosen',
         minimum=0.0,
         maximum=0.5,
     )
@@ -107,8 +107,8 @@ def q_update(
     Args:
         q: Q(s, a) before.
         reward: r, the reward of the transition.
-        next_q: Q(s', b) of all b; empty where the path ends in s' (goal or bump), after which
-            nothing can be earned. The paper leaves this case open.
+        next_q: Q(s', b) of all b; empty if the path ends in s' (goal or bump), after which there
+            is no reward. The paper does not specify this case.
         alpha: Learning rate.
         gamma: Discount factor.
 
@@ -127,8 +127,8 @@ def boltzmann_probabilities(q: Sequence[float], temperature: float) -> list[floa
         temperature: T > 0, in units of reward.
 
     Returns:
-        exp(q / T) / sum exp(q / T). The largest q is subtracted first, which changes nothing
-        but keeps the exponentials finite at any temperature.
+        exp(q / T) / sum exp(q / T). Subtracting the largest q first does not change the result
+        and keeps the exponentials finite.
     """
     best = max(q)
     exp = math.exp
@@ -138,16 +138,16 @@ def boltzmann_probabilities(q: Sequence[float], temperature: float) -> list[floa
 
 
 def select_action(q: Sequence[float], *, visited: bool, temperature: float, uniform: float) -> int:
-    """Return the action to try: uniform in a state never visited, else by equation (2).
+    """Return the action to try: uniform in an unvisited state, else by equation (2).
 
     Args:
         q: Q(s, a) of all a.
-        visited: Whether the state has been met before.
+        visited: Whether an action was tried in the state before.
         temperature: T of equation (2), > 0.
         uniform: A sample of the uniform distribution on [0, 1).
 
     Returns:
-        The index of the action: the sample's place in the cumulative distribution.
+        Index of the action at which the cumulative distribution exceeds the sample.
     """
     if not visited:
         return int(uniform * len(q))
@@ -162,23 +162,22 @@ def select_action(q: Sequence[float], *, visited: bool, temperature: float, unif
 
 
 class QLearner:
-    """A Q-table that learns: the same for one process, Gymnasium and the live graph.
+    """A learner with a Q-table, used in one process, in Gymnasium and in the live graph.
 
     Args:
         config: Learning rate, discount and temperatures.
         regions: The region map that the states belong to.
-        policy: A policy to go on from; its Q-values and visits are taken over.
+        policy: Source of initial Q-values and visits, or None for zeros.
 
     Attributes:
         config: As given.
         q: Q-values, nested lists [x][y][action].
-        visits: How often each was updated, nested lists [x][y][action].
+        visits: Number of updates of each, nested lists [x][y][action].
     """
 
     def __init__(
         self, config: LearningConfig, regions: RegionMap, policy: Policy | None = None
     ) -> None:
-        """Start with nothing known, or with what a policy knows."""
         self.config = config
         self.regions = regions
         start = policy or Policy.unlearned(regions)
@@ -202,14 +201,14 @@ class QLearner:
     def update(
         self, state: Region, action: int, reward: float, next_state: Region, *, terminal: bool
     ) -> None:
-        """Learn from one finished action by equation (1).
+        """Update the Q-table with a finished action by equation (1).
 
         Args:
             state: Region in which the action was chosen.
             action: Its index.
-            reward: What it earned.
+            reward: Its reward.
             next_state: Region in which it ended.
-            terminal: Whether the path ended there by goal or bump. A time-out is not terminal.
+            terminal: Whether the path ended there by goal or bump; a time-out is not terminal.
         """
         i, j = state
         values = self.q[i][j]
@@ -220,7 +219,7 @@ class QLearner:
         self.visits[i][j][action] += 1
 
     def policy(self) -> Policy:
-        """Return what is known now as a policy of its own."""
+        """Return a copy of the present Q-table as a policy."""
         return Policy(
             q=np.array(self.q, dtype=np.float64),
             visits=np.array(self.visits, dtype=np.int64),

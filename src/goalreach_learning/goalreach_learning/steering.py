@@ -1,4 +1,4 @@
-"""From a heading to speed and steering rate, within what the drive can do."""
+"""Heading control: speed and steering rate within the limits of the drive."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ def steering_rate(
 ) -> float:
     """Return the steering rate that removes a heading error without overshoot, rad/s.
 
-    Proportional near zero; farther out the rate from which the steering axis can still stop in
-    time, sqrt(2 a (|e| - e0 / 2)), which continues the straight part smoothly at e0 = a / gain^2;
-    never above the limit.
+    Proportional near zero; for larger errors the rate from which the steering axis can still stop
+    in time, sqrt(2 a (|e| - e0 / 2)), which continues the proportional part smoothly at
+    e0 = a / gain^2; never above the limit.
 
     Args:
-        error_rad: Heading wanted minus heading, radians in (-pi, pi].
+        error_rad: Target heading minus heading, radians in (-pi, pi].
         gain_per_s: Slope of the proportional part, 1/s.
         limit_rad_per_s: Largest rate.
-        braking_rad_per_s2: a, the deceleration to count on.
+        braking_rad_per_s2: a, the assumed deceleration.
     """
     size = abs(error_rad)
     linear_rad = braking_rad_per_s2 / gain_per_s**2
@@ -36,10 +36,10 @@ def steering_rate(
 
 
 def cruise_fraction(error_rad: float, stop_error_rad: float) -> float:
-    """Return the share of the cruising speed to drive at, in [0, 1].
+    """Return the fraction of the cruising speed to drive at, in [0, 1].
 
-    One when on course, zero from `stop_error_rad` on, smooth between: the cosine of the error
-    stretched to that range.
+    One without an error, zero from `stop_error_rad`, in between the cosine of the error scaled to
+    that range.
 
     Args:
         error_rad: Heading error, radians.
@@ -50,25 +50,24 @@ def cruise_fraction(error_rad: float, stop_error_rad: float) -> float:
 
 
 class HeadingFollower:
-    """Turns on the spot to the first heading, then follows where it goes on the move.
+    """Turns on the spot to the first heading, then follows headings while driving.
 
     Attributes:
-        heading_rad: Heading that is followed, radians in `map`, or None before the first.
+        heading_rad: Target heading, radians in `map`, or None before the first.
     """
 
     def __init__(self) -> None:
-        """Follow nothing."""
         self.heading_rad: float | None = None
         self._aligned = False
 
     def turn_to(self, heading_rad: float) -> None:
-        """Take a heading; where it differs from the last the robot stops and turns to it."""
+        """Set a heading; if it differs from the last one, the robot stops and turns to it."""
         if heading_rad != self.heading_rad:
             self.heading_rad = heading_rad
             self._aligned = False
 
-    def bend_to(self, heading_rad: float) -> None:
-        """Take a heading; the robot goes on driving, slower the farther it is off."""
+    def steer_to(self, heading_rad: float) -> None:
+        """Set a heading; the robot keeps driving, the slower the larger its error."""
         self.heading_rad = heading_rad
 
     def command(self, pose: Pose2, config: ControllerConfig) -> Twist2:

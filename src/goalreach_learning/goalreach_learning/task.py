@@ -14,7 +14,7 @@ ACTIONS_DEG: Final = tuple(45.0 * k for k in range(ACTION_COUNT))
 """The set as printed in section "The Action Set and Q-learning", degrees."""
 
 ACTIONS_RAD: Final = tuple(math.radians(a) for a in ACTIONS_DEG)
-"""The same in radians, in [0, 2 pi), as policy files hold it."""
+"""The same in radians, in [0, 2 pi), as in policy files."""
 
 ACTION_HEADINGS_RAD: Final = tuple(wrap_angle(a) for a in ACTIONS_RAD)
 """The same as headings in `map`, radians in (-pi, pi]."""
@@ -57,9 +57,9 @@ _REWARDS = {PathOutcome.GOAL: GOAL_REWARD, PathOutcome.BUMP: BUMP_REWARD}
 def reward_of(outcome: PathOutcome | None) -> float:
     """Return the reward of a transition: 1 into the goal, -1 into a wall, else 0.
 
-    A time-out is not in the paper; it cuts a path off and earns nothing.
+    A time-out, which is not in the paper, truncates a path without a reward.
 
     Args:
-        outcome: How the path ended with the transition, or None where it goes on.
+        outcome: Outcome of a path that ended with the transition, or None.
     """
     return 0.0 if outcome is None else _REWARDS.get(outcome, 0.0)

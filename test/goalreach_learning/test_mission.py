@@ -1,0 +1,35 @@
+import pytest
+
+from goalreach_learning.mission import MissionConfig, PathOrder
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.values import Pose2
+
+STARTS = (1.0, 2.0, 0.5, 3.0, 4.0, -0.5)
+FIRST = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
+SECOND = Pose2(x_m=3.0, y_m=4.0, heading_rad=-0.5)
+
+
+def test_paths_take_the_starts_in_turn_trial_after_trial() -> None:
+    mission = MissionConfig(starts=STARTS, paths=4)
+    assert [mission.path_order(path) for path in range(5)] == [
+        PathOrder(path=0, trial=0, start=FIRST),
+        PathOrder(path=1, trial=0, start=SECOND),
+        PathOrder(path=2, trial=1, start=FIRST),
+        PathOrder(path=3, trial=1, start=SECOND),
+        None,
+    ]
+
+
+def test_a_resumed_path_begins_where_the_robot_is() -> None:
+    mission = MissionConfig(starts=STARTS, first_path=3, resume=True)
+    assert mission.path_order(3) == PathOrder(path=3, trial=1, start=None)
+    assert mission.path_order(4) == PathOrder(path=4, trial=2, start=FIRST)
+
+
+def test_without_starts_every_path_begins_where_the_robot_is() -> None:
+    assert MissionConfig().path_order(7) == PathOrder(path=7, trial=7, start=None)
+
+
+def test_a_start_has_three_numbers() -> None:
+    with pytest.raises(ConfigurationError, match='three numbers for each start'):
+        MissionConfig(starts=(1.0, 2.0))
