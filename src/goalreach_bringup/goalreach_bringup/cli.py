@@ -12,6 +12,7 @@ import sys
 from typing import Final
 
 from goalreach_bringup.command import Command
+from goalreach_bringup.variables import check_variables
 from goalreach_msgs_py.errors import GoalreachError
 
 COMMANDS: Final = (
@@ -27,6 +28,7 @@ COMMANDS: Final = (
     'bench',
     'ros2',
 )
+ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2')
 _STATUS_INTERRUPTED = 130
 _PROGRAM = 'goalreach'
 
@@ -78,6 +80,8 @@ def run_command(command: Command, name: str, arguments: Sequence[str]) -> int:
         The exit status.
     """
     try:
+        if name in ROS_COMMANDS:
+            check_variables(os.environ)
         status = command.run(f'{_PROGRAM} {name}', arguments)
         sys.stdout.flush()  # a closed pipe is noticed here, not when the interpreter ends
     except GoalreachError as error:
