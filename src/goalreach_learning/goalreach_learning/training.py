@@ -40,6 +40,7 @@ def train(
     *,
     rng: np.random.Generator,
     on_trial: Callable[[int, Policy], object] | None = None,
+    learner: QLearner | None = None,
 ) -> TrainingResult:
     """Run a learning phase: `config.trials` trials, each with one path from every start.
 
@@ -48,9 +49,10 @@ def train(
         config: Parameters of the learner.
         rng: Generator of starts and actions.
         on_trial: Called after every trial with its number, from 0, and the policy so far.
+        learner: Learner of the same configuration to continue with; None for a new one.
     """
     environment = OptionEnvironment(arena, overshoot_m=config.overshoot_m)
-    learner = QLearner(config, arena.regions)
+    learner = learner or QLearner(config, arena.regions)
     success: list[float] = []
     options, length_m = 0, 0.0
     for trial in range(config.trials):

@@ -1,13 +1,17 @@
+import numpy as np
 import pytest
 
 from goalreach_evaluation.path_metrics import wilson_interval
 from goalreach_lab.reproduction.learning import (
+    BUMP_END,
+    GOAL_END,
     SETTLED,
     SUCCESS,
     VALUES,
     Options,
     execute,
     settled_after,
+    value_iteration,
 )
 from goalreach_msgs_py.errors import ConfigurationError
 
@@ -22,6 +26,30 @@ def test_settled_after() -> None:
     assert settled_after([True, True, True]) == 1
     assert settled_after([False, True, False, True]) == 4
     assert settled_after([True, False]) == 3  # not within the two
+
+
+def test_a_chain_has_powers_of_gamma() -> None:
+    counts = np.zeros((3, 3, 8, 11), dtype=np.int64)
+    counts[0, 2, 0, 1] = 5  # (0, 2) -> (0, 1) -> (0, 0) -> goal
+    counts[0, 1, 0, 0] = 5
+    counts[0, 0, 0, GOAL_END] = 5
+    counts[0, 0, 3, BUMP_END] = 1
+    q = value_iteration(counts, gamma=0.5)
+    assert q[0, 0, 0] == pytest.approx(1.0)
+    assert q[0, 1, 0] == pytest.approx(0.5)
+    assert q[0, 2, 0] == pytest.approx(0.25)
+    assert q[0, 0, 3] == -1.0
+    assert q[2, 2].tolist() == [0.0] * 8
+
+
+def test_frequencies_are_averaged() -> None:
+    counts = np.zeros((3, 3, 8, 11), dtype=np.int64)
+    counts[0, 0, 0, GOAL_END] = 3
+    counts[0, 0, 0, BUMP_END] = 1
+    counts[0, 1, 2, 0] = 1
+    q = value_iteration(counts, gamma=0.9)
+    assert q[0, 0, 0] == pytest.approx(0.75 - 0.25)
+    assert q[0, 1, 2] == pytest.approx(0.45)
 
 
 def test_rows_of_a_small_study() -> None:
