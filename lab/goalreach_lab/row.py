@@ -1,4 +1,4 @@
-"""One line of a benchmark: our figure, what it is held against, and the goal."""
+"""One line of a benchmark: our figure, its reference, and the goal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _RELATIONS = {'<=': operator.le, '>=': operator.ge}
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """A bound that a row's value or ratio is held against.
+    """A bound of a row's value or ratio.
 
     Attributes:
         of: 'ours' or 'ratio'.
@@ -38,7 +38,7 @@ class BenchRow:
         ours: Our figure.
         reference: The floor's or peer's figure in the same unit, or None.
         reference_name: What the reference is.
-        goal: What is aimed at, or None.
+        goal: The goal, or None.
         n: Number of samples behind the figure.
         note: One line for people: spread, interval, or why a row is missing.
     """
@@ -51,6 +51,14 @@ class BenchRow:
     goal: Goal | None = None
     n: int = 1
     note: str = ''
+
+    @classmethod
+    def none_allowed(
+        cls, name: str, count: float, *, unit: str = '', n: int = 1, note: str = ''
+    ) -> BenchRow:
+        """Return the row of a count whose goal is zero."""
+        goal = Goal(of='ours', relation='<=', bound=0.0)
+        return cls(name=name, unit=unit, ours=count, goal=goal, n=n, note=note)
 
     @property
     def ratio(self) -> float | None:

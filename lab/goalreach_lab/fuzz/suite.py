@@ -15,7 +15,7 @@ import numpy as np
 from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
 from goalreach_lab.fuzz.reader import Reader, Tally, try_inputs
 from goalreach_lab.options import BenchOptions
-from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Case, Result, Study, find, per_case
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.options import option
@@ -64,7 +64,7 @@ def execute(options: Options) -> list[BenchRow]:
             sys.stderr.write(f'{tally.name}, seed {seed}: {text}\n')
         for seed in tally.hangs[:_SHOWN]:
             sys.stderr.write(f'{tally.name}, seed {seed}: took too long\n')
-    return [*(_row(tally) for tally in tallies), _total_row(tallies)]
+    return _rows(tallies)
 
 
 def _cases(options: Options, readers: Sequence[Reader]) -> list[dict[str, object]]:
@@ -112,22 +112,21 @@ def add_up(results: Sequence[Result]) -> list[Tally]:
     return list(tallies.values())
 
 
-def _row(tally: Tally) -> BenchRow:
-    return BenchRow(
-        name=tally.name,
-        unit='tracebacks or invalid values',
-        ours=len(tally.tracebacks) + len(tally.hangs),
-        goal=Goal(of='ours', relation='<=', bound=0.0),
-        n=tally.inputs,
-        note=f'{tally.refused} refused, {tally.accepted} accepted, {len(tally.hangs)} hangs',
-    )
-
-
-def _total_row(tallies: Sequence[Tally]) -> BenchRow:
-    return BenchRow(
-        name='all readers',
+def _rows(tallies: Sequence[Tally]) -> list[BenchRow]:
+    rows = [
+        BenchRow.none_allowed(
+            tally.name,
+            len(tally.tracebacks) + len(tally.hangs),
+            unit='tracebacks or invalid values',
+            n=tally.inputs,
+            note=f'{tally.refused} refused, {tally.accepted} accepted, {len(tally.hangs)} hangs',
+        )
+        for tally in tallies
+    ]
+    total = BenchRow.none_allowed(
+        'all readers',
+        sum(row.ours for row in rows),
         unit='tracebacks, invalid values or hangs',
-        ours=sum(len(tally.tracebacks) + len(tally.hangs) for tally in tallies),
-        goal=Goal(of='ours', relation='<=', bound=0.0),
-        n=sum(tally.inputs for tally in tallies),
+        n=sum(row.n for row in rows),
     )
+    return [*rows, total]

@@ -176,7 +176,7 @@ class _Peers:
         frame, timings = step.frame, self._timings
         leds_px = np.array([[led.u_px, led.v_px] for led in step.output.landmarks if led])
         blobs = timings.time(P3P, lambda: self._blobs.detect(frame.image))
-        labelled = self._blobs.named(blobs, leds_px)
+        labelled = self._blobs.assign(blobs, leds_px)
         if labelled is None or not self._solve_squares(step, leds_px):
             return False
         self._solve_p3p(labelled, step)
@@ -196,7 +196,7 @@ class _Peers:
         if squares is None:
             return True
         spots = timings.time(LEAST_SQUARES, lambda: squares.detector.in_frame(frame.image))
-        pixels_px = self._blobs.named(spots.pixels_px, leds_px)
+        pixels_px = self._blobs.assign(spots.pixels_px, leds_px)
         if pixels_px is None:
             return False
         near = step.output.estimate.pose

@@ -1,4 +1,4 @@
-"""Other ways from an image of three LEDs to a pose, each with every advantage we can give it."""
+"""Peers that compute a pose from an image of three LEDs, each with every possible advantage."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _WINDOW_PX = 24
 class BlobsAndP3P:
     """cv2.SimpleBlobDetector and cv2.solveP3P.
 
-    It is told which blob is which LED and which of the solutions is the right one.
+    The caller selects the blob of each LED and the right one of the solutions.
 
     Args:
-        config: What the localizer knows beforehand.
+        config: Configuration of our localizer.
         camera: The camera.
     """
 
@@ -69,19 +69,19 @@ class BlobsAndP3P:
         ]
 
     @staticmethod
-    def named(blobs_px: FloatArray, leds_px: FloatArray) -> FloatArray | None:
-        """Return the blob of each LED, (3, 2), by where the LEDs really are; None without one."""
+    def assign(blobs_px: FloatArray, leds_px: FloatArray) -> FloatArray | None:
+        """Return the blob next to each true LED pixel, (3, 2), or None where one has none."""
         if len(blobs_px) == 0:
             return None
         away_px = np.linalg.norm(blobs_px[None, :, :] - leds_px[:, None, :], axis=2)
         if (away_px.min(axis=1) > _NEAR_PX).any():
             return None
-        named: FloatArray = blobs_px[away_px.argmin(axis=1)]
-        return named
+        assigned: FloatArray = blobs_px[away_px.argmin(axis=1)]
+        return assigned
 
     @staticmethod
     def pose(turn: FloatArray, shift: FloatArray, joints: HeadAngles) -> Pose2:
-        """Return the pose of the robot that a solution means."""
+        """Return the robot's pose of a solution."""
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         x_m, y_m, _ = (-rotation.T @ shift.reshape(3)).tolist()
         azimuth = math.atan2(rotation[2, 1], rotation[2, 0])
@@ -90,12 +90,12 @@ class BlobsAndP3P:
 
 
 class SpotsAndLeastSquares:
-    """Our spots and scipy.optimize.least_squares (Levenberg-Marquardt) from a pose nearby.
+    """Our spots and scipy.optimize.least_squares (Levenberg-Marquardt) from a nearby pose.
 
     Args:
-        config: What the localizer knows beforehand.
+        config: Configuration of our localizer.
         camera: The camera.
-        noise: The errors to expect.
+        noise: Noise of the sensors.
     """
 
     def __init__(self, config: LocalizerConfig, camera: PinholeCamera, noise: NoiseModel) -> None:
@@ -120,7 +120,7 @@ class SpotsAndLeastSquares:
         Args:
             pixels_px: (3, 2) of LED 0, 1, 2.
             joints: Encoder readings.
-            near: Where to begin.
+            near: Initial pose.
         """
         head = joints.turret_rad + joints.pan_rad
 
@@ -139,10 +139,10 @@ class FilterpyEkf:
     """Our windows and the extended Kalman filter of filterpy over x, y, heading.
 
     Args:
-        config: What the localizer knows beforehand.
+        config: Configuration of our localizer.
         camera: The camera.
-        noise: The errors to expect.
-        start: Where the robot is.
+        noise: Noise of the sensors.
+        start: True initial pose.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class FilterpyEkf:
         return importlib.util.find_spec('filterpy') is not None
 
     def see(self, image: Image, joints: HeadAngles, odometry: Pose2) -> Pose2:
-        """Return the pose after one more image.
+        """Update by one image; return the pose.
 
         Args:
             image: (height, width) grey values.
@@ -180,15 +180,15 @@ class FilterpyEkf:
         """
         self._predict(odometry)
         self._joints = joints
-        centres = self._look(self._ekf.x).reshape(-1, 2).tolist()
+        centres = self._measure(self._ekf.x).reshape(-1, 2).tolist()
         spots = self._detector.in_windows(image, centres, [_WINDOW_PX] * len(centres))
         if all(spots.led_like):
-            self._ekf.update(spots.pixels_px.reshape(-1), self._jacobian, self._look)
+            self._ekf.update(spots.pixels_px.reshape(-1), self._jacobian, self._measure)
         x_m, y_m, heading = self._ekf.x.tolist()
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=wrap_angle(heading))
 
     def _predict(self, odometry: Pose2) -> None:
-        """Move by what odometry moved since the last call."""
+        """Predict by the odometry since the last call."""
         before, self._odometry = self._odometry, odometry
         if before is None:
             return
@@ -210,7 +210,7 @@ class FilterpyEkf:
             offsets_m, optical_rotation(azimuth, self._joints.tilt_rad), self._lens
         ), offsets_m
 
-    def _look(self, state: FloatArray) -> FloatArray:
+    def _measure(self, state: FloatArray) -> FloatArray:
         pixels: FloatArray = self._projected(state)[0].pixels_px.reshape(-1)
         return pixels
 

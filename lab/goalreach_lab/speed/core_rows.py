@@ -30,7 +30,7 @@ _TURNS: Final = 60_000_000
 
 
 def learning_rows(budget: Budget) -> list[BenchRow]:
-    """Return the rows of a learning phase beside IR-SIM and DQN."""
+    """Return the rows of a learning phase against IR-SIM and DQN."""
     return learning_peers.execute(learning_peers.Options(rounds=budget.count(3), seed=budget.seed))
 
 

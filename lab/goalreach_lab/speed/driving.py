@@ -1,4 +1,4 @@
-"""Driving with rendered images in one process: speed beside IR-SIM, growth, profile."""
+"""Driving with rendered images in one process: speed against IR-SIM, growth, profile."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.options import option
 from goalreach_sim.simulator_config import SimulatorConfig
 
-SUMMARY = 'Camera frames a second of driving in one process, beside the steps of IR-SIM'
+SUMMARY = 'Camera frames a second of driving in one process, against the steps of IR-SIM'
 
 _LIDAR_RAYS: Final = 180
 _IRSIM_DRIVES: Final = 16
@@ -129,7 +129,7 @@ def _irsim_steps_per_s(peer: IrSimDrives, seed: int) -> float:
 
 
 def driving_rows(budget: Budget) -> list[BenchRow]:
-    """Return the row beside IR-SIM, and the growth of a frame's time with image and LEDs."""
+    """Return the row against IR-SIM, and the growth of a frame's time with image and LEDs."""
     first, *_ = execute(Options(rounds=budget.count(5), seed=budget.seed))
     sizes = [width * height * 1e-6 for width, height in _SIZES_PX]
     by_size: list[list[float]] = [[] for _ in sizes]

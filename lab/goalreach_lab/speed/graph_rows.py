@@ -1,4 +1,4 @@
-"""The running graph beside the bare relay: ticks, latency, processor time, memory, start."""
+"""The running graph against the bare relay: ticks, latency, processor time, memory, start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Learning beside peers: stable-baselines3 with DQN, and IR-SIM driving for as long."""
+"""Learning against peers: stable-baselines3 with DQN, and IR-SIM driving for as long."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.options import option
 
-SUMMARY = 'One learning phase beside DQN on the same task and IR-SIM over the same robot-seconds'
+SUMMARY = 'One learning phase against DQN on the same task and IR-SIM over the same robot-seconds'
 
 _STEP_S = 0.1
 _MOST_DRIVES = 4000

@@ -28,7 +28,7 @@ from goalreach_sim.camera_renderer import CameraRenderer
 from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.simulator_config import SimulatorConfig
 
-SUMMARY = 'Physics beside IR-SIM, time of an image, flaws in random drives, rate of the clock'
+SUMMARY = 'Physics against IR-SIM, time of an image, flaws in random drives, rate of the clock'
 
 _ROUNDS = 5
 _DRIVES_OF_ONE = 8

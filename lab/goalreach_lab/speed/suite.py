@@ -1,4 +1,4 @@
-"""All rows of speed, ours beside floors and peers, and the document that explains them."""
+"""All rows of speed, ours against floors and peers, and the document that explains them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from goalreach_lab.template import table, write_document
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import option
 
-SUMMARY = 'How fast everything is, beside floors and peers: what `bench` does without a suite'
+SUMMARY = 'How fast everything is, against floors and peers: what `bench` does without a suite'
 
 GROUPS: Final[Mapping[str, str]] = {
     'lockstep': 'graph_rows.lockstep_rows',
