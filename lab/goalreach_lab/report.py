@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 import os
 import platform
-import sys
 from textwrap import wrap
 from typing import Any, Final
 
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from goalreach_lab.row import BenchRow
@@ -103,24 +100,3 @@ def _notes(row: BenchRow) -> Iterator[str]:
 
 def _colour(met: bool | None) -> str:  # noqa: FBT001 - what a row says
     return {True: 'green', False: 'red', None: ''}[met]
-
-
-@contextmanager
-def at_work(label: str) -> Iterator[None]:
-    """Show a spinner and the elapsed time on stderr within the context, if it is a terminal.
-
-    Args:
-        label: Text; progress bars within the context appear below it.
-    """
-    console = Console(stderr=True)
-    with Progress(
-        SpinnerColumn(),
-        TextColumn('{task.description}'),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-        redirect_stdout=sys.stdout.isatty(),
-        disable=not console.is_terminal,
-    ) as progress:
-        progress.add_task(label, total=None)
-        yield
