@@ -7,8 +7,8 @@ import pytest
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import (
+    Configuration,
     build_config,
-    check_fields,
     flatten_config,
     parameter,
     parameter_infos,
@@ -16,23 +16,17 @@ from goalreach_msgs_py.parameters import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Inner:
+class Inner(Configuration):
     rate_hz: float = parameter(25.0, 'Rate, Hz', minimum=1.0, maximum=100.0)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outer:
+class Outer(Configuration):
     count: int = parameter(3, 'Count', minimum=0)
     kind: str = parameter('a', 'Kind', choices=('a', 'b'))
     on: bool = parameter(default=True, description='On')
     pose: tuple[float, ...] = parameter((0.0, 0.0), 'Pose, m', length=2, minimum=-9.0)
     inner: Inner = field(default_factory=Inner)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
 
 def test_flattens_and_builds_back() -> None:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from goalreach_learning.blending import MODES
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.angles import INCH_M, deg
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerConfig:
+class ControllerConfig(Configuration):
     """How the controller drives and whether it learns.
 
     Raises:
@@ -81,7 +81,3 @@ class ControllerConfig:
         'Whether to learn while driving: actions by equation (2), executed as options',
     )
     learning: LearningConfig = field(default_factory=LearningConfig)
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)

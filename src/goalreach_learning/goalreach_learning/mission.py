@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import Pose2
 
 _NUMBERS_PER_START = 3
@@ -27,7 +27,7 @@ class PathOrder:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MissionConfig:
+class MissionConfig(Configuration):
     """The paths to drive, and the policy to drive them with."""
 
     policy: str = parameter(
@@ -56,7 +56,7 @@ class MissionConfig:
 
     def __post_init__(self) -> None:
         """Check every field."""
-        check_fields(self)
+        super().__post_init__()
         if len(self.starts) % _NUMBERS_PER_START:
             raise ConfigurationError('starts', self.starts, 'three numbers for each start')
 

@@ -12,13 +12,13 @@ import math
 import numpy as np
 
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py.parameters import check_fields, flatten_config, parameter
+from goalreach_msgs_py.parameters import Configuration, flatten_config, parameter
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import Region
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearningConfig:
+class LearningConfig(Configuration):
     """Parameters of the learning.
 
     The paper gives 20 trials of 22 paths; all other values are chosen.
@@ -78,10 +78,6 @@ class LearningConfig:
         minimum=0.0,
         maximum=0.5,
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
     def temperature(self, trial: int) -> float:
         """Return the temperature of a trial: geometric from start to end, then constant.

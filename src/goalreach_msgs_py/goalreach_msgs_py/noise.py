@@ -11,11 +11,11 @@ from typing import Final
 
 from goalreach_msgs_py.angles import INCH_M, deg
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class NoiseModel:
+class NoiseModel(Configuration):
     """Standard deviations (per run where called an error or bias, per sample where a noise)."""
 
     read_noise_dn: float = parameter(
@@ -69,10 +69,6 @@ class NoiseModel:
     spurious_probability: float = parameter(
         0.03, 'Chance of one spurious light in one image', minimum=0.0, maximum=1.0
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
     def scaled(self, factor: float) -> NoiseModel:
         """Return the model with every error times `factor`; the lens keeps its spot width."""

@@ -79,17 +79,22 @@ def parameter(
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 
-def check_fields(config: object) -> None:
-    """Check every field made by `parameter`; meant for `__post_init__`.
+class Configuration:
+    """Base of configuration dataclasses: checks every field made by `parameter`.
+
+    A subclass that checks more extends `__post_init__`.
 
     Raises:
         ConfigurationError: A value has the wrong type, is not finite, is out of its range or is
             not among its choices. The error names the field, the value and what is allowed.
     """
-    for field in dataclasses.fields(cast('Any', config)):
-        info = field.metadata.get(_KEY)
-        if info is not None:
-            _check(field.name, getattr(config, field.name), field.default, info)
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        for field in dataclasses.fields(cast('Any', self)):
+            info = field.metadata.get(_KEY)
+            if info is not None:
+                _check(field.name, getattr(self, field.name), field.default, info)
 
 
 def _check(name: str, value: object, default: object, info: ParameterInfo) -> None:

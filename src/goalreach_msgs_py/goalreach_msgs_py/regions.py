@@ -15,7 +15,7 @@ import math
 
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import Region
 
 X_LABELS = ('LEFT-SIDE', 'FRONT', 'RIGHT-SIDE')
@@ -145,7 +145,7 @@ def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, flo
 
 
 @dataclass(frozen=True, kw_only=True)
-class RegionConfig:
+class RegionConfig(Configuration):
     """Knots and goal of a `RegionMap`."""
 
     x_knots_m: tuple[float, ...] = parameter(
@@ -158,7 +158,7 @@ class RegionConfig:
 
     def __post_init__(self) -> None:
         """Check every field and that they make a region map."""
-        check_fields(self)
+        super().__post_init__()
         try:
             _ = self.region_map
         except ConfigurationError as error:

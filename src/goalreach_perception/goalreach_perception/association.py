@@ -13,7 +13,7 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.one_image_pose import (
     ImageGeometry,
@@ -39,7 +39,7 @@ _BEHIND_M = 0.06
 
 
 @dataclass(frozen=True, kw_only=True)
-class AssociationConfig:
+class AssociationConfig(Configuration):
     """When a labelling is accepted."""
 
     triple_gate: float = parameter(
@@ -59,10 +59,6 @@ class AssociationConfig:
         minimum=-5.0,
         maximum=5.0,
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
 
 @dataclass(frozen=True)

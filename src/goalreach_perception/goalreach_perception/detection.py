@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
-class DetectionConfig:
+class DetectionConfig(Configuration):
     """Thresholds of the spot detector."""
 
     minimum_peak_dn: float = parameter(
@@ -44,10 +44,6 @@ class DetectionConfig:
     window_half_px: int = parameter(
         20, 'Smallest half-width of a tracking window, px (chosen)', minimum=8, maximum=100
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
 
 class Spots(NamedTuple):

@@ -9,7 +9,7 @@ import math
 
 from goalreach_msgs_py.angles import deg, wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import HeadAngles
 from goalreach_perception.measurement_model import Lens
 
@@ -17,7 +17,7 @@ _RIGHT_ANGLE = math.pi / 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeadConfig:
+class HeadConfig(Configuration):
     """Ranges of the head and parameters of its tracker."""
 
     pan_limit_rad: float = parameter(
@@ -73,7 +73,7 @@ class HeadConfig:
 
     def __post_init__(self) -> None:
         """Check every field, and that the tilt range is one."""
-        check_fields(self)
+        super().__post_init__()
         if self.tilt_minimum_rad > self.tilt_maximum_rad:
             raise ConfigurationError(
                 'tilt_minimum_rad', self.tilt_minimum_rad, f'at most {self.tilt_maximum_rad:g}'

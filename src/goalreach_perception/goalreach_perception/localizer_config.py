@@ -10,7 +10,7 @@ from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig
 from goalreach_perception.detection import DetectionConfig
@@ -22,7 +22,7 @@ _LEAST_COORDINATES = 9
 
 
 @dataclass(frozen=True, kw_only=True)
-class LocalizerConfig:
+class LocalizerConfig(Configuration):
     """Landmarks, expected errors and parameters of every part of the localizer.
 
     Raises:
@@ -63,7 +63,7 @@ class LocalizerConfig:
 
     def __post_init__(self) -> None:
         """Check every field, and that the coordinates are triples."""
-        check_fields(self)
+        super().__post_init__()
         if len(self.landmarks_m) < _LEAST_COORDINATES or len(self.landmarks_m) % 3:
             raise ConfigurationError(
                 'landmarks_m', self.landmarks_m, 'x, y, z of each of at least three LEDs'

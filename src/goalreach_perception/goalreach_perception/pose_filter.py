@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import deg, wrap_angle
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
 from goalreach_perception.measurement_prediction import (
@@ -43,7 +43,7 @@ from goalreach_perception.process_model import FadingMemory, OdometryModel
 
 
 @dataclass(frozen=True, kw_only=True)
-class FilterConfig:
+class FilterConfig(Configuration):
     """Process noise and gates of the filter."""
 
     slip_m_per_sqrt_m: float = parameter(
@@ -73,10 +73,6 @@ class FilterConfig:
     joint_gate: float = parameter(
         32.0, 'Largest squared distance of all LEDs of an image together (p = 2e-5)', minimum=1.0
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
 
 _COARSE_INFLATION = 1.7

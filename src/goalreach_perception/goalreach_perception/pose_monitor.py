@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import enum
 
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 
 _PAIR = 2
 _BLIND_FRAMES = 50
@@ -25,7 +25,7 @@ class Mode(enum.Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseMonitorConfig:
+class PoseMonitorConfig(Configuration):
     """Thresholds of the integrity monitor."""
 
     lost_after_frames: int = parameter(
@@ -68,10 +68,6 @@ class PoseMonitorConfig:
     contradictions: int = parameter(
         2, 'Consecutive failed checks until the filter restarts from the image (chosen)', minimum=1
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
 
 
 class PoseMonitor:

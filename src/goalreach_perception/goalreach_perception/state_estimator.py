@@ -9,7 +9,7 @@ import numpy as np
 
 from goalreach_msgs_py.angles import INCH_M, deg
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.regions import (
     DEFAULT_X_KNOTS_M,
     DEFAULT_Y_KNOTS_M,
@@ -28,7 +28,7 @@ _SQRT2 = math.sqrt(2.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class StateEstimatorConfig:
+class StateEstimatorConfig(Configuration):
     """Region borders, goal and thresholds of the confidence."""
 
     x_knots_m: tuple[float, ...] = parameter(
@@ -57,7 +57,7 @@ class StateEstimatorConfig:
 
     def __post_init__(self) -> None:
         """Check every field, and that knots and goal describe regions."""
-        check_fields(self)
+        super().__post_init__()
         self.region_map()
 
     @classmethod

@@ -10,7 +10,7 @@ import numpy as np
 
 from goalreach_msgs_py.angles import deg
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 
 
@@ -204,7 +204,7 @@ def _monotonic_radius(camera: PinholeCamera) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpticsConfig:
+class OpticsConfig(Configuration):
     """Light, exposure and grey values; none of these figures is in the paper."""
 
     dark_offset_dn: float = parameter(
@@ -241,7 +241,3 @@ class OpticsConfig:
         minimum=0.0,
         maximum=1.0,
     )
-
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)

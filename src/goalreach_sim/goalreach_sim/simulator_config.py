@@ -14,14 +14,14 @@ from goalreach_msgs_py.arena import BODY_RADIUS_M, DEFAULT_LANDMARKS_M, LENGTH_M
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.parameters import check_fields, parameter
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_sim.camera_view import OpticsConfig
 from goalreach_sim.sensors import BUMPER_COUNT
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriveConfig:
+class DriveConfig(Configuration):
     """Limits of the three motor axes: translation, steering, turret."""
 
     translation_speed_m_per_s: float = parameter(
@@ -61,13 +61,9 @@ class DriveConfig:
         maximum=100.0,
     )
 
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class HeadConfig:
+class HeadConfig(Configuration):
     """Limits of the pan/tilt head; the paper gives ranges of 174 and 70 degrees, no rates."""
 
     pan_minimum_rad: float = parameter(
@@ -97,7 +93,7 @@ class HeadConfig:
 
     def __post_init__(self) -> None:
         """Check every field, and that no range is empty."""
-        check_fields(self)
+        super().__post_init__()
         for axis in ('pan', 'tilt'):
             low, high = getattr(self, f'{axis}_minimum_rad'), getattr(self, f'{axis}_maximum_rad')
             if low >= high:
@@ -105,7 +101,7 @@ class HeadConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatorConfig:
+class SimulatorConfig(Configuration):
     """The robot, its camera, its arena, and the size of their errors.
 
     Raises:
@@ -180,7 +176,7 @@ class SimulatorConfig:
 
     def __post_init__(self) -> None:
         """Check every field, and the fields against each other."""
-        check_fields(self)
+        super().__post_init__()
         for name in ('arena_width_m', 'arena_length_m'):
             if getattr(self, name) <= 2.0 * self.body_radius_m:
                 raise ConfigurationError(name, getattr(self, name), 'wider than the robot')
@@ -249,7 +245,7 @@ class SimulatorConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TimeConfig:
+class TimeConfig(Configuration):
     """Clock, speed and seed of a simulation run."""
 
     clock: str = parameter(
@@ -281,10 +277,6 @@ class TimeConfig:
         'registered, and in lockstep none comes while one of them is too far behind',
     )
 
-    def __post_init__(self) -> None:
-        """Check every field."""
-        check_fields(self)
-
     @property
     def consumer_names(self) -> tuple[str, ...]:
         """The names in `consumers`."""
@@ -292,7 +284,7 @@ class TimeConfig:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatedFaults:
+class SimulatedFaults(Configuration):
     """Faults of the robot, none by default; live parameters of the node, for tests.
 
     Random errors of intact sensors belong to `NoiseModel`.
@@ -325,7 +317,7 @@ class SimulatedFaults:
 
     def __post_init__(self) -> None:
         """Check every field, and that points have three coordinates."""
-        check_fields(self)
+        super().__post_init__()
         for name in ('extra_light_m', 'carry_to'):
             if len(getattr(self, name)) not in (0, 3):
                 raise ConfigurationError(name, getattr(self, name), 'three numbers or none')
