@@ -1,4 +1,4 @@
-"""Selection, stamps, offers, canonical bytes, definitions and the timer of replays."""
+"""Selection, stamps, offers, padding, definitions and the timer of replays."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from rosbags.interfaces import QosReliability, QosTime
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from goalreach_bags.decode import Canonical, begins_with_stamp
+from goalreach_bags.decode import PaddingEraser, begins_with_stamp
 from goalreach_bags.options import TopicSelection
 from goalreach_bags.ros.player import ReplayTimer
 from goalreach_bags.topic import DEFAULT_OFFER, message_definition, offers_to_text, parse_offers
@@ -71,7 +71,7 @@ def test_offers_that_are_not_understood_are_none(text: str) -> None:
     assert parse_offers(text) == ()
 
 
-def test_canonical_bytes_are_the_same_whatever_lies_between_fields() -> None:
+def test_bytes_between_fields_are_erased() -> None:
     name = 'std_msgs/msg/Header'
     types: Any = STORE.types
     stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=2)
@@ -86,10 +86,10 @@ def test_canonical_bytes_are_the_same_whatever_lies_between_fields() -> None:
     assert clean[gap : gap + 3] == bytes(3)
     dirty[gap] = 0xAB
 
-    canonical = Canonical()
-    assert canonical.bytes_of('geometry_msgs/msg/PointStamped', bytes(dirty)) == clean
-    assert canonical.bytes_of('geometry_msgs/msg/PointStamped', b'junk') == b'junk'
-    assert canonical.bytes_of('my_msgs/msg/Own', bytes(dirty)) == bytes(dirty)
+    eraser = PaddingEraser()
+    assert eraser.erase('geometry_msgs/msg/PointStamped', bytes(dirty)) == clean
+    assert eraser.erase('geometry_msgs/msg/PointStamped', b'junk') == b'junk'
+    assert eraser.erase('my_msgs/msg/Own', bytes(dirty)) == bytes(dirty)
 
 
 def test_definition_holds_all_that_a_message_is_made_of() -> None:

@@ -1,35 +1,118 @@
-"""Whether two bags hold the same messages, and where they first differ."""
+"""Differences between two messages, two bags, and between a recorded run and a recomputed one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 import hashlib
 import itertools
 import math
-from typing import Final
+from typing import Any, Final
 
-from goalreach_bags.decode import Decoder, FieldDifference, differences
+import numpy as np
+from numpy.typing import NDArray
+
+from goalreach_bags.decode import Decoder, flatten
 from goalreach_bags.reader import BagMessage, BagReader
 from goalreach_msgs_py import topics
 
 WALL_CLOCK_TOPICS: Final = ('/rosout', '/parameter_events')
-"""Their content is of the wall clock and of processes, never the same twice."""
+"""Their messages depend on the wall clock and on processes, so two runs never have the same."""
+
+SENSORS: Final = (
+    topics.CAMERA_INFO,
+    topics.JOINT_STATES,
+    topics.ODOM,
+    topics.BUMPERS,
+    topics.IMAGE,
+)
+"""Inputs of a recomputation, the image last, as the robot sends it."""
+
+OUTPUTS: Final = (topics.LANDMARKS, topics.POSE, topics.STATE, topics.HEAD_COMMAND)
+"""Outputs of perception and state estimation, each after those it is computed from."""
 
 _Digest = tuple[int, bytes]
 
 
 @dataclass(frozen=True, kw_only=True)
+class FieldDifference:
+    """One field in which two messages differ.
+
+    Attributes:
+        field: Its dotted name, with the index of the worst element for an array.
+        first: Its value in the first message.
+        second: Its value in the second.
+        amount: Absolute difference; infinite where one is no number.
+    """
+
+    field: str
+    first: Any
+    second: Any
+    amount: float
+
+
+def differences(first: object, second: object) -> Iterator[FieldDifference]:
+    """Yield the fields in which two messages differ.
+
+    Texts that both are numbers are compared as numbers, since diagnostics carry values that way.
+    NaN equals NaN: it means "not seen".
+
+    Args:
+        first: A message.
+        second: Another one of the same type.
+    """
+    for mine, yours in itertools.zip_longest(flatten(first), flatten(second)):
+        if mine is None or yours is None or mine[0] != yours[0]:
+            (name, _), values = mine or yours, (mine and mine[1], yours and yours[1])
+            yield _different(name, *values, math.inf)
+            return
+        difference = _compare_field(mine[0], mine[1], yours[1])
+        if difference is not None:
+            yield difference
+
+
+def _compare_field(name: str, first: Any, second: Any) -> FieldDifference | None:  # noqa: ANN401
+    left, right = _numbers(first), _numbers(second)
+    if left is None or right is None:
+        return None if first == second else _different(name, first, second, math.inf)
+    if left.shape != right.shape:
+        return _different(f'{name}.length', len(left), len(right), math.inf)
+    with np.errstate(invalid='ignore'):
+        distances = np.abs(left - right)
+    distances[(left == right) | (np.isnan(left) & np.isnan(right))] = 0.0
+    distances[np.isnan(distances)] = math.inf
+    if not distances.any():
+        return None
+    worst = int(distances.argmax())
+    amount = float(distances[worst])
+    if not isinstance(first, np.ndarray):
+        return _different(name, first, second, amount)
+    return _different(f'{name}[{worst}]', first.item(worst), second.item(worst), amount)
+
+
+def _numbers(value: Any) -> NDArray[np.float64] | None:  # noqa: ANN401 - a field of any type
+    try:
+        if isinstance(value, np.ndarray):
+            return value.astype(np.float64)
+        return np.array([float(value)])
+    except (TypeError, ValueError):
+        return None
+
+
+def _different(name: str, first: object, second: object, amount: float) -> FieldDifference:
+    return FieldDifference(field=name, first=first, second=second, amount=amount)
+
+
+@dataclass(frozen=True, kw_only=True)
 class TopicComparison:
-    """What comparing a topic showed.
+    """Comparison of one topic in two bags.
 
     Attributes:
         topic: Its name.
         counts: Messages in either bag.
-        where: Empty where all is the same; else number and stamp of the first message that
-            differs, and the field with both values.
-        time_ns: Receive time of that message in the first bag that has it; None where all is
-            the same.
+        where: Number and time of the first message that differs, and the field with both
+            values; empty where all messages are the same.
+        time_ns: Receive time of that message in the first bag that has it, or None.
     """
 
     topic: str
@@ -55,33 +138,27 @@ def compare_bags(
     Args:
         first: A bag.
         second: Another one.
-        includes: Tells by its name whether a topic is compared.
-        times: Whether receive times count.
+        includes: Whether to compare a topic, by its name.
+        times: Whether to compare receive times.
 
     Returns:
         One comparison per topic, those that differ first, the earliest difference on top.
     """
     names = sorted(name for name in {*first.topics, *second.topics} if includes(name))
-    mine, yours = _digests(first, names), _digests(second, names)
-    if not times:
-        mine, yours = _without_times(mine), _without_times(yours)
-    found = [_compare(name, mine[name], yours[name], first, second) for name in names]
+    mine, yours = (_digests(bag, names, times=times) for bag in (first, second))
+    found = [_compare_topic(name, mine[name], yours[name], first, second) for name in names]
     return sorted(found, key=lambda c: (c.same, c.time_ns or 0, c.topic))
 
 
-def _digests(bag: BagReader, names: Iterable[str]) -> dict[str, list[_Digest]]:
+def _digests(bag: BagReader, names: Iterable[str], *, times: bool) -> dict[str, list[_Digest]]:
     digests: dict[str, list[_Digest]] = {name: [] for name in names}
     for message in bag.messages(digests.keys()):
         digest = hashlib.blake2b(message.data, digest_size=16).digest()
-        digests[message.topic].append((message.time_ns, digest))
+        digests[message.topic].append((message.time_ns if times else 0, digest))
     return digests
 
 
-def _without_times(digests: dict[str, list[_Digest]]) -> dict[str, list[_Digest]]:
-    return {name: [(0, digest) for _, digest in values] for name, values in digests.items()}
-
-
-def _compare(
+def _compare_topic(
     name: str,
     mine: Sequence[_Digest],
     yours: Sequence[_Digest],
@@ -130,35 +207,9 @@ def _nth(bag: BagReader, name: str, index: int) -> BagMessage:
     return next(itertools.islice(bag.messages([name]), index, None))
 
 
-SENSORS: Final = (
-    topics.CAMERA_INFO,
-    topics.JOINT_STATES,
-    topics.ODOM,
-    topics.BUMPERS,
-    topics.IMAGE,
-)
-"""What is fed, the image last, as the robot sends it."""
-
-OUTPUTS: Final = (topics.LANDMARKS, topics.POSE, topics.STATE, topics.HEAD_COMMAND)
-"""What perception and state estimation answer, in the order in which one follows from another."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FirstDifference:
-    """Where a topic differs for the first time.
-
-    Attributes:
-        stamp_ns: Stamp of the message.
-        difference: The field, the recorded value first.
-    """
-
-    stamp_ns: int
-    difference: FieldDifference
-
-
 @dataclass
 class TopicResult:
-    """What recomputing showed of one topic.
+    """Comparison of one recomputed topic.
 
     Attributes:
         topic: Its name.
@@ -166,7 +217,8 @@ class TopicResult:
         different: Messages that differ beyond the tolerance.
         worst: Largest difference of a field, tolerated or not.
         worst_field: That field.
-        first: The first difference beyond the tolerance, or None.
+        first: The first difference beyond the tolerance, the recorded value first, or None.
+        first_ns: Stamp of its message.
     """
 
     topic: str
@@ -174,7 +226,8 @@ class TopicResult:
     different: int = 0
     worst: float = 0.0
     worst_field: str = ''
-    first: FirstDifference | None = None
+    first: FieldDifference | None = None
+    first_ns: float = math.inf
 
     @property
     def same(self) -> bool:
@@ -184,21 +237,19 @@ class TopicResult:
 
 @dataclass
 class Recomputation:
-    """Collects the comparison of every output, stamp by stamp.
+    """Compares the recomputed outputs with the recorded ones, stamp by stamp.
 
     Attributes:
         decoder: Decoder of the bag's topics.
-        tolerance: Largest difference of a field that counts as none.
-        results: What was found, by topic.
+        tolerance: Largest difference of a field that is accepted.
+        results: Results by topic.
     """
 
     decoder: Decoder
     tolerance: float
-    results: dict[str, TopicResult] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """Begin with nothing compared."""
-        self.results = {name: TopicResult(topic=name) for name in OUTPUTS}
+    results: dict[str, TopicResult] = field(
+        default_factory=lambda: {name: TopicResult(topic=name) for name in OUTPUTS}
+    )
 
     def compare(self, topic: str, stamp_ns: int, recorded: bytes, recomputed: bytes) -> None:
         """Compare one message.
@@ -206,8 +257,8 @@ class Recomputation:
         Args:
             topic: Its topic.
             stamp_ns: Its stamp.
-            recorded: As it is in the bag.
-            recomputed: As it was published now.
+            recorded: The message in the bag.
+            recomputed: The message published now.
 
         Raises:
             GoalreachError: One of them is no message of the topic's type.
@@ -217,18 +268,16 @@ class Recomputation:
         if recorded == recomputed:
             return
         decode = self.decoder.decode
-        beyond: FieldDifference | None = None
-        for difference in differences(decode(topic, recorded), decode(topic, recomputed)):
+        found = list(differences(decode(topic, recorded), decode(topic, recomputed)))
+        for difference in found:
             if difference.amount > result.worst:
                 result.worst, result.worst_field = difference.amount, difference.field
-            if beyond is None and not difference.amount <= self.tolerance:
-                beyond = difference
-        if beyond is not None:
+        beyond = [d for d in found if not d.amount <= self.tolerance]
+        if beyond:
             result.different += 1
             if result.first is None:
-                result.first = FirstDifference(stamp_ns=stamp_ns, difference=beyond)
+                result.first, result.first_ns = beyond[0], stamp_ns
 
     def ordered(self) -> list[TopicResult]:
         """Return the results, the earliest difference first."""
-        order = list(self.results.values())
-        return sorted(order, key=lambda r: r.first.stamp_ns if r.first else math.inf)
+        return sorted(self.results.values(), key=lambda result: result.first_ns)

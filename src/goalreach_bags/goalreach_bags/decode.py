@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 import dataclasses
-from dataclasses import dataclass
-import itertools
-import math
 from typing import Any, Final
 
-import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
@@ -18,12 +14,15 @@ from goalreach_msgs_py.errors import GoalreachError
 
 _HASH: Final = 'RIHS01_'
 _KEY_VALUE: Final = 'diagnostic_msgs/msg/KeyValue'
+_CLOCK: Final = 'rosgraph_msgs/msg/Clock'
+_ALIGNMENT: Final = 4
+"""A message may end with bytes that bring its length to a multiple of this."""
 
 
 class Decoder:
     """Deserialises the messages of a bag.
 
-    Types that Jazzy's own packages do not hold are learned from the bag's definitions.
+    Types that Jazzy's own packages lack are taken from the bag's definitions.
 
     Args:
         topics: The topics of the bag.
@@ -48,13 +47,13 @@ class Decoder:
         type_name = self._types[topic]
         try:
             return self._store.deserialize_cdr(data, type_name)
-        except Exception as error:  # noqa: BLE001 - whatever bad bytes lead to
+        except Exception as error:  # noqa: BLE001 - bad bytes lead to any error
             raise GoalreachError(f'{topic}: no {type_name}: {error}') from None
 
     def _require_same(self, topic: BagTopic) -> None:
         name = topic.type_name
         if name not in self._store.fielddefs:
-            self._learn(topic)
+            self._register(topic)
         if topic.type_hash.startswith(_HASH):
             known = self._store.hash_rihs01(name)
             if known != topic.type_hash:
@@ -63,17 +62,16 @@ class Decoder:
                     f'({topic.type_hash[:15]}...) than here ({known[:15]}...)'
                 )
 
-    def _learn(self, topic: BagTopic) -> None:
+    def _register(self, topic: BagTopic) -> None:
         if topic.encoding != 'ros2msg' or not topic.definition:
             raise GoalreachError(f'{topic.name}: {topic.type_name} is not known')
         try:
             types = get_types_from_msg(topic.definition, topic.type_name)
             new = {key: value for key, value in types.items() if key not in self._store.fielddefs}
             self._store.register(new)
-        except Exception as error:  # noqa: BLE001 - whatever a bad definition leads to
-            raise GoalreachError(
-                f'{topic.name}: definition of {topic.type_name}: {error}'
-            ) from None
+        except Exception as error:  # noqa: BLE001 - a bad definition leads to any error
+            problem = f'definition of {topic.type_name}: {error}'
+            raise GoalreachError(f'{topic.name}: {problem}') from None
 
 
 def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: ANN401 - any
@@ -91,7 +89,7 @@ def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
             if not is_constant:
                 inner = f'{name}.{field.name}' if name else field.name
                 yield from flatten(getattr(value, field.name), inner)
-    elif isinstance(value, list) and not isinstance(value, np.ndarray):
+    elif isinstance(value, list):
         yield f'{name}.length', len(value)
         for index, element in enumerate(value):
             if getattr(element, '__msgtype__', '') == _KEY_VALUE:
@@ -102,110 +100,13 @@ def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
         yield name, value
 
 
-@dataclass(frozen=True, kw_only=True)
-class FieldDifference:
-    """One field that is not the same.
-
-    Attributes:
-        field: Its dotted name, with the index of the worst element for an array.
-        first: Its value in the first message.
-        second: Its value in the second.
-        amount: Absolute difference; infinite where one is no number.
-    """
-
-    field: str
-    first: Any
-    second: Any
-    amount: float
-
-
-def differences(first: object, second: object) -> Iterator[FieldDifference]:
-    """Yield the fields in which two messages differ.
-
-    Texts that both are numbers count as numbers: diagnostics carry values that way. NaN equals
-    NaN: it means "not seen".
-
-    Args:
-        first: A message.
-        second: Another one of the same type.
-    """
-    for mine, yours in itertools.zip_longest(flatten(first), flatten(second)):
-        if mine is None or yours is None or mine[0] != yours[0]:
-            name = (mine or yours or ('', None))[0]
-            yield _different(name, mine and mine[1], yours and yours[1], math.inf)
-            return
-        yield from _compare(mine[0], mine[1], yours[1])
-
-
-def _compare(name: str, first: Any, second: Any) -> Iterator[FieldDifference]:  # noqa: ANN401
-    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
-        yield from _compare_arrays(name, first, second)
-        return
-    left, right = _number(first), _number(second)
-    if left is None or right is None:
-        if first != second:
-            yield _different(name, first, second, math.inf)
-        return
-    amount = _distance(left, right)
-    if amount:
-        yield _different(name, first, second, amount)
-
-
-def _compare_arrays(
-    name: str, first: np.ndarray[Any, Any], second: np.ndarray[Any, Any]
-) -> Iterator[FieldDifference]:
-    if first.shape != second.shape:
-        yield _different(f'{name}.length', len(first), len(second), math.inf)
-        return
-    with np.errstate(invalid='ignore'):
-        distances = np.abs(first.astype(np.float64) - second.astype(np.float64))
-    same = (first == second) | (np.isnan(distances) & _both_nan(first, second))
-    distances[same] = 0.0
-    distances[np.isnan(distances)] = np.inf
-    if distances.size and distances.max() > 0.0:
-        worst = int(distances.argmax())
-        found = first.item(worst), second.item(worst)
-        yield _different(f'{name}[{worst}]', *found, float(distances[worst]))
-
-
-def _both_nan(
-    first: np.ndarray[Any, Any], second: np.ndarray[Any, Any]
-) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    if first.dtype.kind != 'f':
-        return np.zeros(first.shape, dtype=np.bool_)
-    both: np.ndarray[Any, np.dtype[np.bool_]] = np.isnan(first) & np.isnan(second)
-    return both
-
-
-def _number(value: Any) -> float | None:  # noqa: ANN401 - a field of any type
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return None
-
-
-def _distance(first: float, second: float) -> float:
-    if first == second or (math.isnan(first) and math.isnan(second)):
-        return 0.0
-    distance = abs(first - second)
-    return math.inf if math.isnan(distance) else distance
-
-
-def _different(name: str, first: object, second: object, amount: float) -> FieldDifference:
-    return FieldDifference(field=name, first=first, second=second, amount=amount)
-
-
-_ALIGNMENT: Final = 4
-"""A message may end with bytes that bring its length to a multiple of this."""
-
-
-class Canonical:
-    """Zeroes the bytes between fields."""
+class PaddingEraser:
+    """Sets the bytes between the fields of messages to zero: DDS leaves them undefined."""
 
     def __init__(self) -> None:
         self._store: Typestore = get_typestore(Stores.ROS2_JAZZY)
 
-    def bytes_of(self, type_name: str, data: bytes) -> bytes:
+    def erase(self, type_name: str, data: bytes) -> bytes:
         """Return a message with zeros between its fields; unchanged where that cannot be done.
 
         Args:
@@ -217,13 +118,10 @@ class Canonical:
         try:
             message = self._store.deserialize_cdr(data, type_name)
             result = bytes(self._store.serialize_cdr(message, type_name))
-        except Exception:  # noqa: BLE001 - whatever bad bytes lead to: they are kept
+        except Exception:  # noqa: BLE001 - bad bytes lead to any error; they are kept
             return data
         missing = len(data) - len(result)
         return result + bytes(missing) if 0 <= missing < _ALIGNMENT else data
-
-
-_CLOCK: Final = 'rosgraph_msgs/msg/Clock'
 
 
 def begins_with_stamp(type_name: str, message_class: Any) -> bool:  # noqa: ANN401 - generated

@@ -206,7 +206,10 @@ class FileSummary:
 
 
 class McapWriter:
-    """A `StorageFile` in the MCAP format.
+    """One MCAP file of a bag being written.
+
+    What has been flushed survives the death of the process. Every method may raise OSError; the
+    file then still ends after what was flushed before.
 
     Args:
         path: The file, which must not exist.

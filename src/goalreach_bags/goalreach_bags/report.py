@@ -80,16 +80,14 @@ def show_recomputation(
             str(result.compared),
             str(result.different),
             f'{result.worst:.3g} {result.worst_field}'.strip(),
-            '' if first is None else f'{first.stamp_ns * 1e-9:.3f} s {first.difference.field}',
+            '' if first is None else f'{result.first_ns * _NS:.3f} s {first.field}',
         )
     out.print(table)
     first = results[0].first
-    if first is None:
-        text = f'the same within {tolerance:g}'
-    else:
-        difference = first.difference
+    text = f'the same within {tolerance:g}'
+    if first is not None:
         text = (
-            f'differs first at {first.stamp_ns * 1e-9:.3f} s in {results[0].topic}: '
-            f'{difference.field} was {difference.first} and is {difference.second}'
+            f'differs first at {results[0].first_ns * _NS:.3f} s in {results[0].topic}: '
+            f'{first.field} was {first.first} and is {first.second}'
         )
     out.print(text, soft_wrap=True, markup=False)

@@ -45,7 +45,9 @@ _ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 
 
 class SqliteWriter:
-    """A `StorageFile` in the SQLite format; what is committed survives.
+    """One SQLite file of a bag being written, with the methods of `McapWriter`.
+
+    What is committed survives the death of the process. Every method may raise OSError.
 
     Args:
         path: The file, which must not exist.
@@ -145,7 +147,7 @@ def _add_metadata(base: sqlite3.Connection, metadata: str) -> None:
 
 
 class SqliteReader:
-    """A `StorageReader` of the SQLite format; never changes the file.
+    """One SQLite file open for reading, with the methods of `McapReader`; never changes the file.
 
     Args:
         path: The file.
@@ -164,7 +166,7 @@ class SqliteReader:
     def messages(
         self, topics: Collection[str], start_ns: int | None, stop_ns: int | None
     ) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, receive time and data in the order of receive time."""
+        """Yield topic, receive time and data in the order of receive time; see `McapReader`."""
         names = {n: topic.name for n, topic in self._topics.items() if topic.name in topics}
         first_ns = 0 if start_ns is None else start_ns
         last_ns = NO_TIME_NS if stop_ns is None else stop_ns - 1
@@ -225,7 +227,7 @@ def _columns(base: sqlite3.Connection, table: str) -> set[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class SqliteScan:
-    """A `StorageScan` of the SQLite format.
+    """Result of reading an SQLite file whole, with the methods of `McapScan`.
 
     Attributes:
         path: The file.

@@ -1,4 +1,4 @@
-"""Storage of a bag: what a storage file must offer, its messages in short, and the errors."""
+"""Storage of a bag: formats, extent of a file, free disk space, and the errors."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import errno
 import os
 from pathlib import Path
 import shutil
-from typing import Final, Protocol
+from typing import Final
 
-from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 STORAGES: Final = ('mcap', 'sqlite3')
@@ -68,46 +67,14 @@ class FileSpan:
         return max(0, self.last_ns - self.first_ns)
 
 
-class StorageFile(Protocol):
-    """One file of a bag being written.
+def require_new_bag(path: Path) -> None:
+    """Refuse to overwrite a file or directory.
 
-    What has been flushed survives the death of the process. Every method may raise OSError; the
-    file then still ends after what was flushed before.
+    Raises:
+        BagError: The path exists.
     """
-
-    @property
-    def size(self) -> int:
-        """Bytes so far, those in memory included."""
-        ...
-
-    @property
-    def wants_flush(self) -> bool:
-        """Whether enough is buffered to be flushed."""
-        ...
-
-    def add_topic(self, number: int, topic: BagTopic) -> None:
-        """Add a topic before its first message."""
-        ...
-
-    def write(self, number: int, time_ns: int, publish_ns: int, data: bytes) -> None:
-        """Add a message."""
-        ...
-
-    def flush(self) -> None:
-        """Write buffered messages to the operating system."""
-        ...
-
-    def drop_pending(self) -> None:
-        """Discard buffered messages, for which the disk has no space."""
-        ...
-
-    def finish(self, metadata: str) -> None:
-        """Flush, add the bag's metadata, and close."""
-        ...
-
-    def close(self) -> None:
-        """Close without metadata."""
-        ...
+    if path.exists() or path.is_symlink():
+        raise BagError(path, 'exists already: a bag is never overwritten')
 
 
 def require_free_space(path: Path, needed: int) -> None:

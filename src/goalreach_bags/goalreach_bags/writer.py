@@ -18,23 +18,14 @@ from goalreach_bags.storage import (
     BagError,
     BagStoppedError,
     FileSpan,
-    StorageFile,
+    require_new_bag,
 )
 from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
+_StorageFile = McapWriter | SqliteWriter
 FLUSH_S: Final = 1.0
 """What a recorder holds in memory is at most so old. Chosen: the loss at a sudden death."""
-
-
-def require_new_bag(path: Path) -> None:
-    """Refuse to overwrite.
-
-    Raises:
-        BagError: There is something of that name.
-    """
-    if path.exists() or path.is_symlink():
-        raise BagError(path, 'exists already: a bag is never overwritten')
 
 
 class BagWriter:
@@ -72,7 +63,7 @@ class BagWriter:
         require_new_bag(self.path)
         try:
             self.path.mkdir(parents=True)
-            self._file: StorageFile | None = self._open_file()
+            self._file: _StorageFile | None = self._open_file()
         except OSError as error:
             raise BagError(path, f'cannot be made: {error.strerror}') from None
 
@@ -155,12 +146,12 @@ class BagWriter:
         return self._options.zstd and self._options.storage == 'sqlite3'
 
     @property
-    def _storage(self) -> StorageFile:
+    def _storage(self) -> _StorageFile:
         if self._file is None:
             raise BagError(self.path, 'is closed')
         return self._file
 
-    def _open_file(self) -> StorageFile:
+    def _open_file(self) -> _StorageFile:
         suffix = SUFFIXES[self._options.storage]
         self._name = f'{self.path.name}_{len(self._done)}{suffix}'
         self._counts: dict[str, int] = {}

@@ -15,7 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.status import Status
 
-from goalreach_bags.decode import Canonical
+from goalreach_bags.decode import PaddingEraser
 from goalreach_bags.options import RecordOptions
 from goalreach_bags.recording import (
     PARAMETERS_KEY,
@@ -75,7 +75,7 @@ class Recorder(Node):
         self._acknowledger: Acknowledger | None = None
         self._acknowledged_ns: int | None = None
         self._draining = False
-        self._canonical = Canonical()
+        self._padding = PaddingEraser()
         self._stopped = ''
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
 
@@ -174,7 +174,7 @@ class Recorder(Node):
     def _accept_in_order(self, arrival: Arrival, order: TickOrder) -> None:
         stamped = self._channels.is_stamped(arrival.topic)
         stamp_ns = stamp_of(arrival.data) if stamped else None
-        data = self._canonical.bytes_of(self._channels.type_of(arrival.topic), arrival.data)
+        data = self._padding.erase(self._channels.type_of(arrival.topic), arrival.data)
         order.add(arrival.topic, stamp_ns, data)
         if order.complete and order.stamp_ns is not None:
             for message in order.settled():

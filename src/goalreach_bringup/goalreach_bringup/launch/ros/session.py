@@ -12,7 +12,7 @@ from typing import Any, Final
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from goalreach_bags.writer import require_new_bag
+from goalreach_bags.storage import require_new_bag
 from goalreach_bringup.launch.auxiliary_processes import (
     PageProcess,
     RecorderProcess,
