@@ -158,6 +158,16 @@ def test_table_has_a_column_per_field_and_leaves_long_arrays_out() -> None:
     assert 'OK' not in table.columns, 'constants are no fields'
 
 
+@pytest.mark.parametrize('text', ['007', '1e400', '1_000', ' 1', '+1', '9007199254740993'])
+def test_texts_that_only_look_like_numbers_stay_texts(text: str) -> None:
+    table = MessageTable(max_array=2)
+    table.add(5, status(serial=text))
+    table.add(6, status(serial='1'))
+    table.make_numbers()
+
+    assert table.columns['values.serial'] == [text, '1']
+
+
 def test_tables_are_written_by_their_ending(tmp_path: Path) -> None:
     table = MessageTable(max_array=2)
     table.add(5, joints([1.0, 2.0]))

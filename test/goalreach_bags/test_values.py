@@ -113,7 +113,7 @@ def test_definition_that_is_not_installed_is_refused(name: str) -> None:
 
 def test_timer_keeps_pauses_and_rates() -> None:
     timer = ReplayTimer(rate=2.0)
-    timer.begin(now_s=10.0, at_ns=1_000_000_000)
+    timer.jump(10.0, 1_000_000_000)
     assert timer.due_s(3_000_000_000) == 11.0
     timer.toggle(10.5)
     assert timer.time_ns(99.0) == 2_000_000_000
@@ -121,5 +121,5 @@ def test_timer_keeps_pauses_and_rates() -> None:
     assert timer.due_s(3_000_000_000) == 20.5
     timer.change_rate(20.0, 0.5)
     assert timer.due_s(3_000_000_000) == 21.0
-    timer.step_to(30.0, 5_000_000_000)
+    timer.jump(30.0, 5_000_000_000)
     assert timer.time_ns(31.0) == 6_000_000_000

@@ -31,12 +31,11 @@ class Decoder:
         GoalreachError: A type has another definition here than in the bag, or none at all.
     """
 
-    def __init__(self, topics: Iterable[BagTopic]) -> None:
+    def __init__(self, topics: Iterable[BagTopic] = ()) -> None:
         self._store: Typestore = get_typestore(Stores.ROS2_JAZZY)
         self._types: dict[str, str] = {}
         for topic in topics:
-            self._require_same(topic)
-            self._types[topic.name] = topic.type_name
+            self._add(topic)
 
     def decode(self, topic: str, data: bytes) -> Any:  # noqa: ANN401 - any message
         """Return a message as a value with the fields of its type.
@@ -50,7 +49,7 @@ class Decoder:
         except Exception as error:  # noqa: BLE001 - bad bytes lead to any error
             raise GoalreachError(f'{topic}: no {type_name}: {error}') from None
 
-    def _require_same(self, topic: BagTopic) -> None:
+    def _add(self, topic: BagTopic) -> None:
         name = topic.type_name
         if name not in self._store.fielddefs:
             self._register(topic)
@@ -61,6 +60,7 @@ class Decoder:
                     f'{topic.name}: {name} has another definition in the bag '
                     f'({topic.type_hash[:15]}...) than here ({known[:15]}...)'
                 )
+        self._types[topic.name] = name
 
     def _register(self, topic: BagTopic) -> None:
         if topic.encoding != 'ros2msg' or not topic.definition:

@@ -69,23 +69,26 @@ class MessageTable:
         column.append(value)
 
     def make_numbers(self) -> None:
-        """Turn columns of texts that all are numbers into numbers: diagnostics are such texts."""
+        """Convert columns of numbers that are texts, as in diagnostics.
+
+        Only texts that a number would be written as are converted: '007' stays a text.
+        """
         for name, values in self.columns.items():
-            if all(value is None or isinstance(value, str) for value in values):
-                numbers = [_number(value) for value in values]
-                if all(n is not None or v is None for n, v in zip(numbers, values, strict=True)):
-                    self.columns[name] = list(numbers)
+            texts = [value for value in values if value is not None]
+            if all(isinstance(text, str) and _is_number(text) for text in texts):
+                self.columns[name] = [None if v is None else float(v) for v in values]
 
     def records(self) -> Iterable[tuple[Cell, ...]]:
         """Return the rows, in the order of `columns`."""
         return zip(*self.columns.values(), strict=True)
 
 
-def _number(value: Cell) -> float | None:
+def _is_number(text: str) -> bool:
     try:
-        return float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return None
+        number = float(text)
+        return text in (repr(number), str(int(number)))
+    except (ValueError, OverflowError):
+        return False
 
 
 ENDINGS: Final = ('.csv', '.parquet')

@@ -1,4 +1,4 @@
-"""Messages of a lockstep run in the order of its time, not of their arrival.
+"""Order of the messages of a lockstep run by its time, and count of lost messages.
 
 DDS keeps no order between topics, so two recordings of the same run differ in it. In lockstep the
 graph's clock stands still between an image and its answer: everything that belongs to a stamp was
@@ -8,39 +8,42 @@ published, and received, at that time. Within one stamp the order is that of the
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+import math
 from typing import Final
 
-_KEPT: Final = 2
-"""Ticks held back for what comes late. All that belongs to a tick has been published when the
-next one is answered; the second is for messages that overtake others on their way."""
+_HELD_TICKS: Final = 2
+"""Ticks held back for late messages. All that belongs to a tick has been published when the next
+one is answered; the second is for messages that overtake others on their way."""
+
+_BEFORE_FIRST_NS: Final = -1
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, order=True)
 class TimedMessage:
-    """A message with its receive time.
+    """A message with its receive time, ordered by time, topic and data.
+
+    The data decides between several publishers of a topic, which have no other order.
 
     Attributes:
-        topic: Name of the topic.
         time_ns: Receive time in the graph's clock.
+        topic: Name of the topic.
         data: The serialized message.
-        arrival: Counts arrivals.
     """
 
-    topic: str
     time_ns: int
+    topic: str
     data: bytes
-    arrival: int
 
 
 @dataclass
 class TickOrder:
-    """Gathers messages, tells when a tick is complete, hands messages out in order.
+    """Collects messages, detects complete ticks, and returns messages in order.
 
     Attributes:
         required: Topics that each tick has exactly one message of.
         stamp_ns: The latest tick, or None before the first.
-        repeats: Messages that came again, and were dropped.
+        repeats: Repeated messages, which are dropped.
     """
 
     required: Sequence[str]
@@ -49,7 +52,6 @@ class TickOrder:
     _missing: dict[int, set[str]] = field(default_factory=dict)
     _waiting: list[TimedMessage] = field(default_factory=list)
     _last: dict[str, bytes] = field(default_factory=dict)
-    _arrivals: int = 0
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> bool:
         """Add a message.
@@ -66,76 +68,50 @@ class TickOrder:
             self.repeats += 1
             return False
         self._last[topic] = data
-        if stamp_ns is not None and topic in self.required:
-            self._note(topic, stamp_ns)
-        time_ns = stamp_ns if stamp_ns is not None else self.stamp_ns
-        self._arrivals += 1
-        self._waiting.append(
-            TimedMessage(
-                topic=topic,
-                time_ns=-1 if time_ns is None else time_ns,
-                data=data,
-                arrival=self._arrivals,
-            )
-        )
+        if stamp_ns is None:
+            stamp_ns = self.stamp_ns
+        elif topic in self.required and not (self._missing and stamp_ns < min(self._missing)):
+            self.stamp_ns = max(self.stamp_ns or 0, stamp_ns)
+            self._missing.setdefault(stamp_ns, set(self.required)).discard(topic)
+        time_ns = _BEFORE_FIRST_NS if stamp_ns is None else stamp_ns
+        self._waiting.append(TimedMessage(time_ns=time_ns, topic=topic, data=data))
         return True
-
-    def _note(self, topic: str, stamp_ns: int) -> None:
-        """Cross a message off the list of its tick."""
-        if self._missing and stamp_ns < min(self._missing):
-            return
-        self.stamp_ns = max(self.stamp_ns or 0, stamp_ns)
-        self._missing.setdefault(stamp_ns, set(self.required)).discard(topic)
 
     @property
     def complete(self) -> bool:
-        """Whether the latest tick is there with all that is required of it."""
+        """Whether the latest tick has a message of every required topic."""
         return self.stamp_ns is not None and not self._missing.get(self.stamp_ns)
 
     def settled(self) -> Iterator[TimedMessage]:
-        """Yield, in order, the messages that nothing can come before any more."""
+        """Yield, in order, the messages before which no other can come any more."""
         ticks = sorted(self._missing)
-        if not self.complete or len(ticks) <= _KEPT:
+        if not self.complete or len(ticks) <= _HELD_TICKS:
             return
-        limit_ns = ticks[-_KEPT]
-        self._missing = {stamp: self._missing[stamp] for stamp in ticks[-_KEPT:]}
-        yield from self._take(limit_ns)
+        self._missing = {stamp: self._missing[stamp] for stamp in ticks[-_HELD_TICKS:]}
+        yield from self._take(ticks[-_HELD_TICKS])
 
     def rest(self) -> Iterator[TimedMessage]:
-        """Yield all that is left, in order."""
-        yield from self._take(None)
+        """Yield all remaining messages, in order."""
+        yield from self._take(math.inf)
 
-    def _take(self, limit_ns: int | None) -> Iterator[TimedMessage]:
-        taken = [m for m in self._waiting if limit_ns is None or m.time_ns < limit_ns]
-        self._waiting = self._waiting if limit_ns is not None else []
-        self._waiting = [m for m in self._waiting if m.time_ns >= (limit_ns or 0)]
-        first_ns = min((m.time_ns for m in taken if m.time_ns >= 0), default=0)
-        taken.sort(key=lambda m: (max(m.time_ns, first_ns), m.topic, self._rank(m)))
-        for message in taken:
-            early = message.time_ns < 0
-            yield (
-                message
-                if not early
-                else TimedMessage(
-                    topic=message.topic,
-                    time_ns=first_ns,
-                    data=message.data,
-                    arrival=message.arrival,
-                )
-            )
-
-    def _rank(self, message: TimedMessage) -> tuple[bytes, int]:
-        """Order messages of one topic and stamp: several publishers know no order but this."""
-        return (message.data, message.arrival)
+    def _take(self, limit_ns: float) -> Iterator[TimedMessage]:
+        """Yield messages before a time; those before the first tick get its time."""
+        taken = [message for message in self._waiting if message.time_ns < limit_ns]
+        self._waiting = [message for message in self._waiting if message.time_ns >= limit_ns]
+        first_ns = min((m.time_ns for m in taken if m.time_ns != _BEFORE_FIRST_NS), default=0)
+        yield from sorted(
+            replace(message, time_ns=first_ns) if message.time_ns < first_ns else message
+            for message in taken
+        )
 
 
 @dataclass
 class SequenceCount:
-    """Follows the publication numbers of a topic.
+    """Counts lost messages of a topic by their publication numbers.
 
-    Each publisher numbers its messages one by one, but a message does not say whose it is. So
+    Each publisher numbers its messages one by one, but a message does not name its publisher. So
     every number is taken for the successor of the nearest smaller one: with one publisher that
-    is exact, and with several the sum is, since it depends only on where each one stands.
+    is exact, and with several the sum is, since it depends only on the last number of each.
 
     >>> count = SequenceCount()
     >>> for number in (1, 2, 5, 6):
@@ -144,14 +120,14 @@ class SequenceCount:
     2
 
     Attributes:
-        lost: Messages missing between those that came.
+        lost: Messages missing between those received.
     """
 
     lost: int = 0
     _last: list[int] = field(default_factory=list)
 
     def add(self, number: int, publishers: int = 1) -> None:
-        """Note the number of a message that came.
+        """Count a received message.
 
         Args:
             number: Its publication number, from 1.
