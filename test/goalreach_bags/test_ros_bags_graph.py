@@ -17,7 +17,7 @@ from goalreach_bags.options import TopicSelection
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import RUN_TOPICS, TICK_TOPICS
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.ros.channels import Channels
+from goalreach_bags.ros.subscriptions import GraphSubscriptions
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS, SENSOR_QOS
 import graphs
 from small_bags import STORE, serialize
@@ -225,6 +225,8 @@ def test_compressed_copies_are_recorded_only_by_name(
     with graphs.onlooker(graphs.fresh_domain()) as (node, _):
         for topic in published:
             node.create_publisher(String, topic, LATCHED_QOS)
-        channels = Channels(node, TopicSelection(names=topics, exclude=('^/(rosout|param)',)))
-        channels.discover()
-        assert set(channels.names()) == recorded
+        subscriptions = GraphSubscriptions(
+            node, TopicSelection(names=topics, exclude=('^/(rosout|param)',))
+        )
+        subscriptions.discover()
+        assert set(subscriptions.names()) == recorded

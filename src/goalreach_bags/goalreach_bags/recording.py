@@ -43,7 +43,7 @@ PARAMETERS_KEY: Final = 'goalreach.parameters'
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingResult:
-    """What was recorded.
+    """Result of a recording.
 
     Attributes:
         path: The bag.
@@ -61,11 +61,6 @@ class RecordingResult:
     size_bytes: int
     stopped: str = ''
 
-    def custom(self, *, sim_time: bool) -> dict[str, str]:
-        """Return the texts that go into the bag's summary."""
-        lost = json.dumps(dict(self.lost))
-        return {LOST_KEY: lost, CLOCK_KEY: 'sim' if sim_time else 'wall'}
-
     def __str__(self) -> str:
         """Return the one line that ends a recording."""
         lost = ', '.join(f'{count} of {name}' for name, count in sorted(self.lost.items()))
@@ -74,3 +69,13 @@ class RecordingResult:
             f'{self.duration_s:.1f} s, {self.size_bytes / 1e6:.1f} MB, lost '
             f'{lost or "none"}{", stopped early" if self.stopped else ""}: {self.path}'
         )
+
+
+def recording_texts(lost: Mapping[str, int], *, sim_time: bool) -> dict[str, str]:
+    """Return the texts of a recording that its bag keeps, by key.
+
+    Args:
+        lost: Lost messages by topic.
+        sim_time: Whether receive times are those of `/clock`.
+    """
+    return {LOST_KEY: json.dumps(dict(lost)), CLOCK_KEY: 'sim' if sim_time else 'wall'}

@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from goalreach_bags.decode import Decoder
 from goalreach_bags.options import ReplayOptions
 from goalreach_bags.reader import BagMessage, BagReader
-from goalreach_bags.ros.channels import publisher_profile
+from goalreach_bags.ros.qos_profiles import publisher_profile
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.errors import GoalreachError

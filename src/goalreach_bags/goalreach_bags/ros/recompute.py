@@ -20,7 +20,7 @@ from goalreach_bags.compare import OUTPUTS, SENSORS, Recomputation, TopicResult
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
-from goalreach_bags.ros.channels import publisher_profile
+from goalreach_bags.ros.qos_profiles import publisher_profile
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.cdr import stamp_of

@@ -1,9 +1,8 @@
-"""The recorder: every message of the selected topics into a bag, as it came."""
+"""The recorder: writes every message of the selected topics into a bag, unchanged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 import os
 from pathlib import Path
 import time
@@ -22,8 +21,9 @@ from goalreach_bags.recording import (
     RUN_TOPICS,
     TICK_TOPICS,
     RecordingResult,
+    recording_texts,
 )
-from goalreach_bags.ros.channels import Arrival, Channels
+from goalreach_bags.ros.subscriptions import GraphSubscriptions, ReceivedMessage
 from goalreach_bags.storage import BagStoppedError
 from goalreach_bags.tick_order import TickOrder
 from goalreach_bags.writer import BagWriter
@@ -39,22 +39,25 @@ _POLL_S: Final = 0.004
 
 _DISCOVER_S: Final = 0.1
 _DECIDE_S: Final = 1.0
-"""From the first message on, so long messages are held back until it is clear whether the graph
-has a clock."""
+"""Time after the first message during which messages are held back until the graph turns out to
+have a clock or not."""
 
 _QUIET_S: Final = 0.3
 _DRAIN_S: Final = 3.0
-"""At the end: nothing has come for so long, or patience is over. Chosen."""
+"""At the end, recording stops after this time without a message, or after this time. Chosen."""
 
 
 class Recorder(Node):
-    """Records until it is told to stop.
+    """Records the selected topics into a bag.
 
-    Subscribes: the selected topics, unparsed. Publishes, where it belongs to a run:
+    Subscribes to the selected topics, unparsed. Publishes, where it belongs to a run,
     acknowledgements of the ticks received whole (see `Acknowledger`).
 
     Args:
         options: What to record, where and how.
+
+    Raises:
+        BagError: The bag cannot be made.
     """
 
     def __init__(self, options: RecordOptions) -> None:
@@ -65,12 +68,11 @@ class Recorder(Node):
         self._writer = BagWriter(self._path, options.storage)
         if options.parameters:
             self._writer.custom[PARAMETERS_KEY] = options.parameters
-        self._channels = Channels(self, options.selection)
-        self._added: set[str] = set()
+        self._subscriptions = GraphSubscriptions(self, options.selection)
         self._counts: dict[str, int] = {}
         self._clock_ns: int | None = None
         self._sim_time = options.with_run is not None or options.use_sim_time
-        self._held: list[Arrival] = []
+        self._held: list[ReceivedMessage] = []
         self._order = TickOrder(TICK_TOPICS) if options.with_run == 'lockstep' else None
         self._acknowledger: Acknowledger | None = None
         self._acknowledged_ns: int | None = None
@@ -80,38 +82,38 @@ class Recorder(Node):
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
 
     def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> RecordingResult:
-        """Record until it is over, then drain what is on its way, and close the bag.
+        """Record until it is over, drain messages on their way, and close the bag.
 
         Args:
-            is_over: Looked at many times a second.
-            watch: Called ten times a second with a line that says how far it is.
+            is_over: Returns whether to end; called many times a second.
+            watch: Called ten times a second with a line of progress.
         """
         while not is_over():
-            self._round(watch)
+            self._poll(watch)
         self._draining = True
         drain_s = time.monotonic()
         while time.monotonic() - drain_s < _DRAIN_S and not self._is_quiet():
-            self._round(watch)
+            self._poll(watch)
         return self._close()
 
     def _is_quiet(self) -> bool:
         quiet = time.monotonic() - self._heard_s > _QUIET_S
         return quiet and (self._order is None or self._order.complete)
 
-    def _round(self, watch: Callable[[str], None]) -> None:
-        """Take what is there, or wait a moment."""
+    def _poll(self, watch: Callable[[str], None]) -> None:
+        """Take the messages that have arrived, or wait a moment."""
         now_s = time.monotonic()
         if now_s - self._discovered_s >= _DISCOVER_S:
             self._discovered_s = now_s
-            self._channels.discover()
+            self._subscriptions.discover()
             self._decide_clock(now_s)
             self._register()
             self._guard(self._writer.flush_if_due)
             watch(self._progress())
         heard = False
-        for arrival in self._channels.take():
+        for message in self._subscriptions.take():
             heard = True
-            self._accept(arrival)
+            self._accept(message)
         if heard:
             self._heard_s = now_s
         else:
@@ -120,8 +122,8 @@ class Recorder(Node):
     def _register(self) -> None:
         """Register with the simulator of the run, once every topic is connected."""
         if self._options.with_run and self._acknowledger is None:
-            wanted = tuple(name for name in RUN_TOPICS if self._channels.records(name))
-            if not self._channels.missing(wanted):
+            wanted = [name for name in RUN_TOPICS if self._subscriptions.records(name)]
+            if self._subscriptions.all_connected(wanted):
                 self._acknowledger = Acknowledger(self, window_ticks=1)
 
     def _acknowledge(self, stamp_ns: int, *, again: bool) -> None:
@@ -139,65 +141,64 @@ class Recorder(Node):
 
     def _decide_clock(self, now_s: float) -> None:
         if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
-            self._sim_time = self._channels.has_clock()
+            self._sim_time = self._subscriptions.has_clock()
             if not self._sim_time:
                 self._release()
 
-    def _accept(self, arrival: Arrival) -> None:
+    def _accept(self, message: ReceivedMessage) -> None:
         if self._order is not None:
-            self._accept_in_order(arrival, self._order)
+            self._accept_in_order(message, self._order)
             return
-        if arrival.topic == CLOCK:
+        if message.topic == CLOCK:
             first = self._clock_ns is None
-            self._clock_ns = stamp_of(arrival.data)
+            self._clock_ns = stamp_of(message.data)
             if first and self._sim_time is not False:
                 self._sim_time = True
                 self._release()
         if self._sim_time is None or (self._sim_time and self._clock_ns is None):
             if not self._held:
                 self._began_s = time.monotonic()
-            self._held.append(arrival)
+            self._held.append(message)
         else:
-            self._put(arrival)
+            self._write_with_clock(message)
 
     def _release(self) -> None:
+        """Write the messages held back."""
         held, self._held = self._held, []
-        for arrival in held:
-            self._put(arrival)
+        for message in held:
+            self._write_with_clock(message)
 
-    def _put(self, arrival: Arrival) -> None:
+    def _write_with_clock(self, message: ReceivedMessage) -> None:
         if self._sim_time and self._clock_ns is not None:
-            self._write(arrival.topic, self._clock_ns, arrival.data, self._clock_ns)
+            self._write(message.topic, self._clock_ns, message.data)
         else:
-            self._write(arrival.topic, arrival.received_ns, arrival.data, arrival.published_ns)
+            self._write(message.topic, message.received_ns, message.data, message.published_ns)
 
-    def _accept_in_order(self, arrival: Arrival, order: TickOrder) -> None:
-        stamped = self._channels.is_stamped(arrival.topic)
-        stamp_ns = stamp_of(arrival.data) if stamped else None
-        data = self._padding.erase(self._channels.type_of(arrival.topic), arrival.data)
-        order.add(arrival.topic, stamp_ns, data)
+    def _accept_in_order(self, message: ReceivedMessage, order: TickOrder) -> None:
+        stamp_ns = stamp_of(message.data) if message.stamped else None
+        order.add(message.topic, stamp_ns, self._padding.erase(message.type_name, message.data))
         if order.complete and order.stamp_ns is not None:
-            for message in order.settled():
-                self._write(message.topic, message.time_ns, message.data, message.time_ns)
-            self._acknowledge(order.stamp_ns, again=arrival.topic == CLOCK)
+            for settled in order.settled():
+                self._write(settled.topic, settled.time_ns, settled.data)
+            self._acknowledge(order.stamp_ns, again=message.topic == CLOCK)
 
-    def _write(self, name: str, time_ns: int, data: bytes, published_ns: int) -> None:
-        if self._stopped or not self._channels.records(name):
+    def _write(
+        self, name: str, time_ns: int, data: bytes, published_ns: int | None = None
+    ) -> None:
+        if self._stopped or not self._subscriptions.records(name):
             return
-        self._guard(lambda: self._add_and_write(name, time_ns, data, published_ns))
+        self._add_topic(name)
+        self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
+        if not self._stopped:
+            self._counts[name] += 1
 
-    def _add_and_write(self, name: str, time_ns: int, data: bytes, published_ns: int) -> None:
-        self._add(name)
-        self._writer.write(name, time_ns, data, published_ns)
-        self._counts[name] = self._counts.get(name, 0) + 1
+    def _add_topic(self, name: str) -> None:
+        if name not in self._counts:
+            self._counts[name] = 0
+            self._guard(lambda: self._writer.add_topic(self._subscriptions.describe(name)))
 
-    def _add(self, name: str) -> None:
-        if name not in self._added:
-            self._added.add(name)
-            self._writer.add_topic(self._channels.describe(name))
-
-    def _guard(self, action: Callable[[], None]) -> None:
-        """Act unless the disk has refused; a refusal is told once, and the graph goes on."""
+    def _guard(self, action: Callable[[], object]) -> None:
+        """Act on the bag unless the disk has failed, which is logged once; the graph continues."""
         if self._stopped:
             return
         try:
@@ -207,7 +208,7 @@ class Recorder(Node):
             self.get_logger().error(self._stopped)
 
     def _progress(self) -> str:
-        lost = sum(self._channels.lost().values())
+        lost = sum(self._subscriptions.lost().values())
         return (
             f'{sum(self._counts.values())} messages of {len(self._counts)} topics, '
             f'{self._writer.size / 1e6:.1f} MB, {lost} lost'
@@ -216,24 +217,18 @@ class Recorder(Node):
     def _close(self) -> RecordingResult:
         if self._order is not None:
             for message in self._order.rest():
-                self._write(message.topic, message.time_ns, message.data, message.time_ns)
+                self._write(message.topic, message.time_ns, message.data)
         self._sim_time = bool(self._sim_time)
         self._release()
-        for name in self._channels.names():
-            self._guard(partial(self._add, name))
-        custom = self._result().custom(sim_time=self._sim_time)
-        self._guard(lambda: self._finish(custom))
-        return self._result()
-
-    def _finish(self, custom: dict[str, str]) -> None:
-        self._writer.close(custom)
-
-    def _result(self) -> RecordingResult:
+        for name in self._subscriptions.names():
+            self._add_topic(name)
+        custom = recording_texts(self._subscriptions.lost(), sim_time=self._sim_time)
+        self._guard(lambda: self._writer.close(custom))
         total = self._writer.metadata().total
         return RecordingResult(
             path=self._path,
             counts=total.counts,
-            lost=self._channels.lost(),
+            lost=self._subscriptions.lost(),
             duration_s=total.duration_ns * 1e-9,
             size_bytes=self._writer.size,
             stopped=self._stopped,
