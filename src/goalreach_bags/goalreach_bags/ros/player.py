@@ -133,9 +133,9 @@ class Player(Node):
         if self._first_ns >= self._stop_ns:
             lasts_s = (bag.last_ns - bag.first_ns) / _NS_PER_S
             raise BagError(bag.path, f'ends after {lasts_s:.3f} s, before the start asked for')
-        self._clock: Any = None
+        self._clock_publisher: Any = None
         if options.clock and CLOCK not in self._outputs:
-            self._clock = self.create_publisher(Clock, CLOCK, RELIABLE_QOS)
+            self._clock_publisher = self.create_publisher(Clock, CLOCK, RELIABLE_QOS)
         self._timer = ReplayTimer(rate=options.rate, paused=options.paused)
         self._clocked_ns = 0
         self._quit = False
@@ -231,17 +231,17 @@ class Player(Node):
             wait_s = self._timer.due_s(time_ns) - now_s
             if wait_s <= 0.0:
                 return
-            if self._clock is not None:
+            if self._clock_publisher is not None:
                 wait_s = min(wait_s, _CLOCK_PERIOD_NS / (_NS_PER_S * self._timer.rate))
             self._obey(self._key(min(wait_s, _KEY_S)))
 
     def _publish_clock(self, now_s: float, limit_ns: int) -> None:
-        if self._clock is None:
+        if self._clock_publisher is None:
             return
         time_ns = min(self._timer.time_ns(now_s), limit_ns)
         if time_ns - self._clocked_ns >= _CLOCK_PERIOD_NS or time_ns == limit_ns:
             self._clocked_ns = time_ns
-            self._clock.publish(Clock(clock=stamp_to_msg(time_ns)))
+            self._clock_publisher.publish(Clock(clock=stamp_to_msg(time_ns)))
 
     def _obey(self, key: str) -> None:
         now_s = time.monotonic()

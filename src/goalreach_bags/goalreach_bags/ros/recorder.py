@@ -68,7 +68,7 @@ class Recorder(Node):
         self._writer = BagWriter(self._path, options.storage)
         if options.parameters:
             self._writer.custom[PARAMETERS_KEY] = options.parameters
-        self._subscriptions = GraphSubscriptions(self, options.selection)
+        self._inputs = GraphSubscriptions(self, options.selection)
         self._counts: dict[str, int] = {}
         self._clock_ns: int | None = None
         self._sim_time = options.with_run is not None or options.use_sim_time
@@ -105,13 +105,13 @@ class Recorder(Node):
         now_s = time.monotonic()
         if now_s - self._discovered_s >= _DISCOVER_S:
             self._discovered_s = now_s
-            self._subscriptions.discover()
+            self._inputs.discover()
             self._decide_clock(now_s)
             self._register()
             self._guard(self._writer.flush_if_due)
             watch(self._progress())
         heard = False
-        for message in self._subscriptions.take():
+        for message in self._inputs.take():
             heard = True
             self._accept(message)
         if heard:
@@ -122,8 +122,8 @@ class Recorder(Node):
     def _register(self) -> None:
         """Register with the simulator of the run, once every topic is connected."""
         if self._options.with_run and self._acknowledger is None:
-            wanted = [name for name in RUN_TOPICS if self._subscriptions.records(name)]
-            if self._subscriptions.all_connected(wanted):
+            wanted = [name for name in RUN_TOPICS if self._inputs.records(name)]
+            if self._inputs.all_connected(wanted):
                 self._acknowledger = Acknowledger(self, window_ticks=1)
 
     def _acknowledge(self, stamp_ns: int, *, again: bool) -> None:
@@ -141,7 +141,7 @@ class Recorder(Node):
 
     def _decide_clock(self, now_s: float) -> None:
         if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
-            self._sim_time = self._subscriptions.has_clock()
+            self._sim_time = self._inputs.has_clock()
             if not self._sim_time:
                 self._release()
 
@@ -185,7 +185,7 @@ class Recorder(Node):
     def _write(
         self, name: str, time_ns: int, data: bytes, published_ns: int | None = None
     ) -> None:
-        if self._stopped or not self._subscriptions.records(name):
+        if self._stopped or not self._inputs.records(name):
             return
         self._add_topic(name)
         self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
@@ -195,7 +195,7 @@ class Recorder(Node):
     def _add_topic(self, name: str) -> None:
         if name not in self._counts:
             self._counts[name] = 0
-            self._guard(lambda: self._writer.add_topic(self._subscriptions.describe(name)))
+            self._guard(lambda: self._writer.add_topic(self._inputs.describe(name)))
 
     def _guard(self, action: Callable[[], object]) -> None:
         """Act on the bag unless the disk has failed, which is logged once; the graph continues."""
@@ -208,7 +208,7 @@ class Recorder(Node):
             self.get_logger().error(self._stopped)
 
     def _progress(self) -> str:
-        lost = sum(self._subscriptions.lost().values())
+        lost = sum(self._inputs.lost().values())
         return (
             f'{sum(self._counts.values())} messages of {len(self._counts)} topics, '
             f'{self._writer.size / 1e6:.1f} MB, {lost} lost'
@@ -220,15 +220,15 @@ class Recorder(Node):
                 self._write(message.topic, message.time_ns, message.data)
         self._sim_time = bool(self._sim_time)
         self._release()
-        for name in self._subscriptions.names():
+        for name in self._inputs.names():
             self._add_topic(name)
-        custom = recording_texts(self._subscriptions.lost(), sim_time=self._sim_time)
+        custom = recording_texts(self._inputs.lost(), sim_time=self._sim_time)
         self._guard(lambda: self._writer.close(custom))
         total = self._writer.metadata().total
         return RecordingResult(
             path=self._path,
             counts=total.counts,
-            lost=self._subscriptions.lost(),
+            lost=self._inputs.lost(),
             duration_s=total.duration_ns * 1e-9,
             size_bytes=self._writer.size,
             stopped=self._stopped,

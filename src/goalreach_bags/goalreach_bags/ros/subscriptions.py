@@ -18,6 +18,7 @@ from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.topics import CLOCK
 
+_COMPRESSED: Final = '/compressed'
 _RELIABLE_DEPTH: Final = 1000
 _SENSOR_DEPTH: Final = 100
 """Messages that may wait while the disk is slow: four seconds of images. Chosen."""
@@ -127,7 +128,7 @@ class GraphSubscriptions:
         for name, types in self._node.get_topic_names_and_types():
             if name in self._subscriptions or name in self._refused:
                 continue
-            wanted = name == CLOCK or self._selection.includes(name)
+            wanted = name == CLOCK or (self.records(name) and not self._is_copy(name))
             if wanted and self._node.count_publishers(name):
                 try:
                     self._subscriptions[name] = self._subscribe(name, types)
@@ -136,6 +137,16 @@ class GraphSubscriptions:
                     self._node.get_logger().warning(f'{name} is not recorded: {error}')
         for subscription in self._subscriptions.values():
             subscription.count_publishers()
+
+    def _is_copy(self, name: str) -> bool:
+        """Return whether a topic is the compressed copy of another and not selected by name.
+
+        Its publisher may encode images only while somebody subscribes.
+        """
+        image = name.removesuffix(_COMPRESSED)
+        if image == name or name in self._selection.full_names:
+            return False
+        return bool(self._node.count_publishers(image))
 
     def _subscribe(self, name: str, types: Sequence[str]) -> TopicSubscription:
         if len(types) > 1:
