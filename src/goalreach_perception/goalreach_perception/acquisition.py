@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -59,6 +60,27 @@ class _Spot:
     hits: int = 1
 
 
+def _spot(
+    pixel_px: Sequence[float],
+    slope: tuple[float, float],
+    sigma_px: float,
+    turn_rad: float,
+    tilt_rad: float,
+) -> _Spot:
+    """Return a spot with the direction of its ray (right, down, forward = 1) in the camera."""
+    right, down = slope
+    cosine, sine = math.cos(tilt_rad), math.sin(tilt_rad)
+    forward = cosine + sine * down
+    return _Spot(
+        azimuth_rad=turn_rad - math.atan2(right, forward),
+        rise_rad=math.atan2(sine - cosine * down, math.hypot(forward, right)),
+        pixel_px=(pixel_px[0], pixel_px[1]),
+        sigma_px=sigma_px,
+        turn_rad=turn_rad,
+        tilt_rad=tilt_rad,
+    )
+
+
 class Panorama:
     """Accumulates spots by direction while the robot stands still.
 
@@ -104,24 +126,14 @@ class Panorama:
             self.clear()
             self._place_m = place_m
         turn = odometry.heading_rad + joints.turret_rad + joints.pan_rad
-        slopes = ((pixels_px - lens.centre_px) / lens.focal_px).tolist()
         noise_px = self._encoder_sigma_rad * float(lens.focal_px.max())
-        ct, st = math.cos(joints.tilt_rad), math.sin(joints.tilt_rad)
-        for (right, down), (u_px, v_px), sigma in zip(
-            slopes, pixels_px.tolist(), sigmas_px.tolist(), strict=True
+        slopes = ((pixels_px - lens.centre_px) / lens.focal_px).tolist()
+        for pixel, (right, down), sigma in zip(
+            pixels_px.tolist(), slopes, sigmas_px.tolist(), strict=True
         ):
-            forward = ct + st * down
             spread = noise_px * (1.0 + right * right + down * down)
-            self._merge(
-                _Spot(
-                    azimuth_rad=turn - math.atan2(right, forward),
-                    rise_rad=math.atan2(st - ct * down, math.hypot(forward, right)),
-                    pixel_px=(u_px, v_px),
-                    sigma_px=math.hypot(sigma, spread),
-                    turn_rad=turn,
-                    tilt_rad=joints.tilt_rad,
-                )
-            )
+            sigma_px = math.hypot(sigma, spread)
+            self._merge(_spot(pixel, (right, down), sigma_px, turn, joints.tilt_rad))
         return len(slopes) > 0 and len(self._spots) > len(slopes)
 
     def _merge(self, spot: _Spot) -> None:

@@ -113,8 +113,8 @@ def identify(
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are needed, or exactly two whose pose has no third LED in view: among more spots
-    some pair nearly always fits somewhere.
+    Three spots are needed, or exactly two whose pose has no third LED in view: among more
+    spots some pair nearly always fits. None if no labelling fits, or different ones do.
 
     Args:
         geometry: Everything known.
@@ -122,15 +122,11 @@ def identify(
         sigmas_px: (n,) standard deviation of each per axis.
         arena_size_m: Width and length of the arena.
         config: When a labelling is accepted.
-
-    Returns:
-        The fix; None if there are too few spots, no labelling fits, or different ones do.
     """
     for size, gate in ((_TRIPLE, config.triple_gate), (2, config.pair_gate)):
         if len(pixels_px) < size or (size < _TRIPLE and len(pixels_px) > size):
             continue
-        spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
-        fits = _solve(geometry, pixels_px, sigmas_px, spots, leds, arena_size_m=arena_size_m)
+        fits = _solve(geometry, pixels_px, sigmas_px, size, arena_size_m=arena_size_m)
         if fits is None:
             continue
         solutions, spots, leds = fits
@@ -140,13 +136,13 @@ def identify(
         if chi2[best] > gate:
             continue
         alternatives = chi2[_differ(solutions.poses, leds, best)]
-        if alternatives.size and alternatives.min() < chi2[best] + config.margin:
+        ambiguous = alternatives.size and alternatives.min() < chi2[best] + config.margin
+        pose, used = solutions.poses[best], leds[best]
+        if ambiguous or (size < _TRIPLE and _another_in_view(geometry, pose, used)):
             return None
-        if size < _TRIPLE and _another_in_view(geometry, solutions.poses[best], leds[best]):
-            return None
-        x_m, y_m, azimuth = (float(value) for value in solutions.poses[best])
-        information = solutions.information[best]
-        return Fix(x_m, y_m, azimuth, float(chi2[best]), information, spots[best], leds[best])
+        found = float(chi2[best]), solutions.information[best], spots[best], used
+        x_m, y_m, azimuth = pose.tolist()
+        return Fix(x_m, y_m, azimuth, *found)
     return None
 
 
@@ -154,12 +150,12 @@ def _solve(
     geometry: ImageGeometry,
     pixels_px: FloatArray,
     sigmas_px: FloatArray,
-    spots: NDArray[np.intp],
-    leds: NDArray[np.intp],
+    size: int,
     *,
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
-    """Solve all labellings with a valid initial guess."""
+    """Solve all labellings of `size` spots with a valid initial guess."""
+    spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
     seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))

@@ -119,8 +119,6 @@ def find_predicted(
         leds += [leds[row] for row in rows]
         near = _near(prediction, leds, spots, pixels, gate)
     near = _apart(near, pixels)
-    if len(near) == len(leds):
-        return MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
     assigned = np.array([leds[row] for row in near], dtype=np.intp)
     return MatchedLeds(assigned, spots.select(near), pixels[near], expected)
 

@@ -78,23 +78,21 @@ def predict_leds(
 ) -> PredictedLeds:
     """Project LEDs and differentiate by the whole state vector.
 
-    The equations are those of `measurement_model.project` and `state_jacobian` with two
-    exceptions, see `PoseFilter`: the columns of heading and pan bias are those of an LED at
-    `first_m`, and that of the odometry scale holds the part of `first_m` across the ray.
+    As `measurement_model.project` and `state_jacobian`, except (see `PoseFilter`) that heading
+    and pan bias have the columns of an LED at `first_m`, and the odometry scale that of the part
+    of `first_m` across the ray.
 
     Args:
         offsets_m: n LEDs minus the optical centre in `map`, metres.
         view: The camera.
         first_m: The same by the first estimates.
     """
-    ca, sa, ct, st = view.turns
-    fx, fy = view.focal_px
+    (ca, sa, ct, st), (fx, fy) = view.turns, view.focal_px
     _, _, cx, cy = view.lens.intrinsics
-    pixels, rows, by_head = array('d'), array('d'), array('d')
-    depths: list[float] = []
+    pixels, rows, by_head, depths = array('d'), array('d'), array('d'), list[float]()
     others = [0.0] * (3 * len(offsets_m))
-    places = range(LEDS, LEDS + len(others), 3)
-    for place, (dx, dy, dz), (tx, ty, tz) in zip(places, offsets_m, first_m, strict=True):
+    columns = range(LEDS, LEDS + len(others), 3)
+    for column, (dx, dy, dz), (tx, ty, tz) in zip(columns, offsets_m, first_m, strict=True):
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
         su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
@@ -107,18 +105,18 @@ def predict_leds(
         off_u, off_v = -(ux * tx + uy * ty + uz * tz), -(vx * tx + vy * ty + vz * tz)
         row_u = [-ux, -uy, turn_u, turn_u, tilt_u, off_u, 0.0, -uz, ray_u, *others]
         row_v = [-vx, -vy, turn_v, turn_v, tilt_v, off_v, 0.0, -vz, ray_v, *others]
-        row_u[place : place + 3] = ux, uy, uz
-        row_v[place : place + 3] = vx, vy, vz
+        row_u[column : column + 3] = ux, uy, uz
+        row_v[column : column + 3] = vx, vy, vz
         rows.extend(row_u + row_v)
         by_head.extend((ux * dy - uy * dx, tilt_u, vx * dy - vy * dx, tilt_v))
         pixels.extend((cx + ray_u, cy + ray_v))
         depths.append(depth)
-    return PredictedLeds(
-        np.frombuffer(pixels).reshape(-1, 2),
-        depths,
-        np.frombuffer(rows).reshape(2 * len(depths), -1),
-        np.frombuffer(by_head).reshape(-1, 2),
-    )
+    by_state = np.frombuffer(rows).reshape(2 * len(depths), -1)
+    return PredictedLeds(_pairs(pixels), depths, by_state, _pairs(by_head))
+
+
+def _pairs(numbers: array[float]) -> FloatArray:
+    return np.frombuffer(numbers).reshape(-1, 2)
 
 
 class Prediction(NamedTuple):

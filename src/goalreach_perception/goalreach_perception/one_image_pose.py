@@ -155,28 +155,21 @@ def solve_poses(
 
     Args:
         geometry: Everything known.
-        pixels_px: (n, 2) ideal pixels of the spots (lens distortion removed).
+        pixels_px: (n, 2) ideal pixels of the spots.
         sigmas_px: (n,) standard deviation of each per axis.
         spots: (m, k) spots of each labelling.
         leds: (m, k) LED of each spot.
         seeds: (m, 3) initial guesses of x, y, azimuth.
         iterations: Largest number of Gauss-Newton steps; fewer if all have converged.
     """
-    poses = seeds.copy()
+    poses, measured_px = seeds.copy(), pixels_px[spots]
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
     variances = np.repeat(sigmas_px[spots] ** 2, 2, axis=1)
-    measured_px = pixels_px[spots]
     offsets_m = geometry.offsets_m(poses, leds)
     projection = geometry.project(poses, offsets_m, spots)
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     for iteration in range(1, iterations + 1):
-        residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
-        jacobian = _pose_jacobian(projection, offsets_m)
-        weighted = jacobian.swapaxes(1, 2) @ weights
-        normal = weighted @ jacobian
-        normal[:, _POSE, _POSE] *= 1.0 + _DAMPING
-        normal[:, _POSE, _POSE] += _DAMPING
-        steps = np.linalg.solve(normal, weighted @ residuals)[..., 0]
+        steps = _step(projection, offsets_m, measured_px, weights)
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
         offsets_m = geometry.offsets_m(poses, leds)
         projection = geometry.project(poses, offsets_m, spots)
@@ -186,9 +179,21 @@ def solve_poses(
     jacobian = _pose_jacobian(projection, offsets_m)
     residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
     chi2 = (residuals.swapaxes(1, 2) @ weights @ residuals)[:, 0, 0]
-    seen = (projection.depth_m > _BEHIND_M).all(axis=1)
-    information = jacobian.swapaxes(1, 2) @ weights @ jacobian
-    return Solutions(poses, np.where(seen & np.isfinite(chi2), chi2, np.inf), information)
+    chi2[(projection.depth_m <= _BEHIND_M).any(axis=1) | ~np.isfinite(chi2)] = np.inf
+    return Solutions(poses, chi2, jacobian.swapaxes(1, 2) @ weights @ jacobian)
+
+
+def _step(
+    projection: Projection, offsets_m: FloatArray, measured_px: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Return the damped Gauss-Newton step of each pose, (m, 3)."""
+    residuals = (measured_px - projection.pixels_px).reshape(len(measured_px), -1, 1)
+    jacobian = _pose_jacobian(projection, offsets_m)
+    weighted = jacobian.swapaxes(1, 2) @ weights
+    normal = weighted @ jacobian
+    normal[:, _POSE, _POSE] *= 1.0 + _DAMPING
+    normal[:, _POSE, _POSE] += _DAMPING
+    return np.asarray(np.linalg.solve(normal, weighted @ residuals)[..., 0], dtype=np.float64)
 
 
 def _pose_jacobian(projection: Projection, offsets_m: FloatArray) -> FloatArray:
