@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy
@@ -21,7 +20,7 @@ from goalreach_msgs_py.errors import (
     GoalreachError,
     one_line_repr,
 )
-from goalreach_msgs_py.files import load_yaml
+from goalreach_msgs_py.files import read_yaml
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
 from goalreach_msgs_py.options import option
 from goalreach_msgs_py.parameters import build_config
@@ -85,13 +84,10 @@ def read_noise(path: Path | str) -> NoiseModel:
         FileFormatError: The file cannot be read, names an unknown field or holds a bad value.
     """
     try:
-        content = load_yaml(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
+        content = read_yaml(path)
+    except FileFormatError as error:
         presets = ', '.join(NOISE_PRESETS)
-        reason = f'is no preset ({presets}) and cannot be read: {error.strerror}'
-        raise FileFormatError(path, reason) from None
-    except (yaml.YAMLError, UnicodeDecodeError):
-        raise FileFormatError(path, 'is not YAML') from None
+        raise FileFormatError(path, f'is no preset ({presets}) and {error.reason}') from None
     if not isinstance(content, dict):
         raise FileFormatError(path, 'must be a mapping of noise fields to numbers')
     known = {field.name for field in fields(NoiseModel)}

@@ -1,4 +1,4 @@
-"""Writing a file whole or not at all, and the folder it goes to."""
+"""Files: atomic writing, checks before work begins, safe loading of untrusted YAML."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ import yaml
 from goalreach_msgs_py.errors import FileFormatError
 
 _READABLE = 0o644
+_MAXIMUM_DEPTH: Final = 100
+"""Nested brackets; no file of ours has ten. The time to parse grows with their square. Chosen."""
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those it lies in, where it is not there.
+    """Make a folder and its parents, unless they exist.
 
     Raises:
-        FileFormatError: It cannot be made.
+        FileFormatError: The folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -28,10 +30,10 @@ def make_folder(folder: Path) -> None:
 
 
 def require_writable(path: str | Path) -> None:
-    """Check that a file could be written, before the work whose result it is to hold.
+    """Check that a file can be written, before the work whose result it will hold.
 
     Raises:
-        FileFormatError: It could not.
+        FileFormatError: The path is a folder, or its folder does not exist or is read-only.
     """
     target = Path(path)
     if target.is_dir():
@@ -43,19 +45,19 @@ def require_writable(path: str | Path) -> None:
 
 
 def write_text_atomically(path: str | Path, text: str) -> None:
-    """Write a UTF-8 text file by way of a temporary neighbour and a rename.
+    """Write a UTF-8 text file through a temporary file and a rename.
 
     Raises:
-        FileFormatError: The file cannot be written; what was there before is untouched.
+        FileFormatError: The file cannot be written; its previous content is untouched.
     """
     write_bytes_atomically(path, text.encode())
 
 
 def write_bytes_atomically(path: str | Path, content: bytes) -> None:
-    """Write a file by way of a temporary neighbour and a rename.
+    """Write a file through a temporary file in the same folder and a rename.
 
     Raises:
-        FileFormatError: The file cannot be written; what was there before is untouched.
+        FileFormatError: The file cannot be written; its previous content is untouched.
     """
     target = Path(path)
     try:
@@ -75,19 +77,37 @@ def write_bytes_atomically(path: str | Path, content: bytes) -> None:
         raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
 
 
-_DEEPEST: Final = 100
-"""Brackets in one another; no file of ours has ten. The time to read grows with their square."""
+def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any:  # noqa: ANN401
+    """Return the document of an untrusted YAML file.
+
+    Args:
+        path: The file.
+        loader: A safe loader.
+
+    Raises:
+        FileFormatError: The file cannot be read, is not UTF-8 text or not YAML.
+    """
+    try:
+        return load_yaml(Path(path).read_text(encoding='utf-8'), loader)
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, 'is not UTF-8 text') from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        place = '' if mark is None else f' at line {mark.line + 1}'
+        raise FileFormatError(path, f'is not YAML{place}') from None
 
 
 def load_yaml(text: str, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any:  # noqa: ANN401
-    """Return the document of a text.
+    """Return the document of an untrusted YAML text.
 
     Args:
         text: YAML.
         loader: A safe loader.
 
     Raises:
-        yaml.YAMLError: It is not YAML, holds what cannot be a value, or is nested too deeply.
+        yaml.YAMLError: The text is not YAML, holds an impossible value, or is nested too deeply.
     """
     _check_depth(text)
     try:
@@ -101,7 +121,7 @@ def _check_depth(text: str) -> None:
     for character in text:
         if character in '[{':
             depth += 1
-            if depth > _DEEPEST:
+            if depth > _MAXIMUM_DEPTH:
                 raise yaml.YAMLError('nested too deeply')
         elif character in ']}':
             depth = max(0, depth - 1)

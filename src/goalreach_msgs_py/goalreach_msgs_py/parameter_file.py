@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from goalreach_msgs_py.errors import FileFormatError, one_line_repr
-from goalreach_msgs_py.files import load_yaml, write_text_atomically
+from goalreach_msgs_py.files import read_yaml, write_text_atomically
 
 NodeParameters = dict[str, dict[str, Any]]
 """Parameter values by dotted name, by node name."""
@@ -26,10 +26,12 @@ def read_parameters(path: str | Path, nodes: Iterable[str]) -> NodeParameters:
         nodes: Names of the nodes of the graph.
 
     Raises:
-        FileFormatError: The file cannot be read, is no parameter file, or names another node.
+        FileFormatError: The file cannot be read, is not a parameter file, or names another node.
     """
     known = tuple(nodes)
-    sections = _load(path)
+    sections = read_yaml(path)
+    if not isinstance(sections, dict) or not sections:
+        raise FileFormatError(path, f'must be a mapping of nodes to {_KEY}')
     parameters: NodeParameters = {node: {} for node in known}
     for name in sorted(sections, key=lambda key: key not in _WILDCARDS):
         section = sections[name]
@@ -46,32 +48,15 @@ def read_parameters(path: str | Path, nodes: Iterable[str]) -> NodeParameters:
     return parameters
 
 
-def _load(path: str | Path) -> Mapping[str, Any]:
-    try:
-        text = Path(path).read_text(encoding='utf-8')
-        content = load_yaml(text)
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, 'is not UTF-8 text') from None
-    except yaml.YAMLError as error:
-        where = getattr(error, 'problem_mark', None)
-        place = '' if where is None else f' at line {where.line + 1}'
-        raise FileFormatError(path, f'is not YAML{place}') from None
-    if not isinstance(content, dict) or not content:
-        raise FileFormatError(path, f'must be a mapping of nodes to {_KEY}')
-    return content
-
-
 def _flatten(path: str | Path, values: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in values.items():
         name = f'{prefix}{key}'
         if isinstance(value, dict):
             flat.update(_flatten(path, value, f'{name}.'))
-        elif value is None or isinstance(value, (bool, int, float, str, list)):
-            if value is None:
-                raise FileFormatError(path, f'{name}: has no value')
+        elif value is None:
+            raise FileFormatError(path, f'{name}: has no value')
+        elif isinstance(value, (bool, int, float, str, list)):
             flat[name] = value
         else:
             reason = f'{name} = {one_line_repr(value)}: must be a number, text or list'
@@ -91,7 +76,7 @@ def merge_parameters(*layers: NodeParameters) -> NodeParameters:
 def write_parameters(path: str | Path, parameters: NodeParameters) -> None:
     """Write a parameter file.
 
-    Empty lists are left out: the format cannot tell their type, and they are the defaults.
+    Empty lists are left out: they are the defaults, and the format does not record their type.
 
     Raises:
         FileFormatError: The file cannot be written.
