@@ -17,15 +17,15 @@ from goalreach_msgs_py.parameters import (
 
 @dataclass(frozen=True, kw_only=True)
 class Inner(Configuration):
-    rate_hz: float = parameter(25.0, 'Rate, Hz', minimum=1.0, maximum=100.0)
+    rate_hz: float = parameter(25.0, 'Rate, Hz', within=(1.0, 100.0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outer(Configuration):
-    count: int = parameter(3, 'Count', minimum=0)
+    count: int = parameter(3, 'Count', within=(0, None))
     kind: str = parameter('a', 'Kind', choices=('a', 'b'))
     on: bool = parameter(default=True, description='On')
-    pose: tuple[float, ...] = parameter((0.0, 0.0), 'Pose, m', length=2, minimum=-9.0)
+    pose: tuple[float, ...] = parameter((0.0, 0.0), 'Pose, m', length=2, within=(-9.0, None))
     inner: Inner = field(default_factory=Inner)
 
 

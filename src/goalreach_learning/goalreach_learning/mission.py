@@ -39,20 +39,17 @@ class MissionConfig(Configuration):
     starts: tuple[float, ...] = parameter(
         (), 'Starting poses x, y (m), heading (rad) in turn; empty: the robot is not placed'
     )
-    paths: int = parameter(0, 'Number of paths; 0: unlimited', minimum=0, maximum=1_000_000)
+    paths: int = parameter(0, 'Number of paths; 0: unlimited', within=(0, 1_000_000))
     first_path: int = parameter(
-        0, 'Number of the first path, when learning is resumed', minimum=0, maximum=1_000_000
+        0, 'Number of the first path, when learning is resumed', within=(0, 1_000_000)
     )
     resume: bool = parameter(
         False, 'Whether the first path begins at the present pose of the robot'
     )
     consumer: str = parameter(
-        '',
-        'Node whose subscription to the transitions the first path waits for; empty: none',
+        '', 'Node whose subscription to the transitions the first path waits for; empty: none'
     )
-    seed: int = parameter(
-        0, 'Seed of action selection while learning', minimum=0, maximum=2**31 - 1
-    )
+    seed: int = parameter(0, 'Seed of action selection while learning', within=(0, 2**31 - 1))
 
     def __post_init__(self) -> None:
         """Check every field."""

@@ -28,55 +28,43 @@ class LearningConfig(Configuration):
     """
 
     alpha: float = parameter(
-        0.3,
-        'Learning rate of equation (1); chosen, the paper gives none',
-        minimum=0.0,
-        maximum=1.0,
+        0.3, 'Learning rate of equation (1); chosen, the paper gives none', within=(0.0, 1.0)
     )
     gamma: float = parameter(
-        0.9,
-        'Discount factor of equation (1); chosen, the paper gives none',
-        minimum=0.0,
-        maximum=0.999,
+        0.9, 'Discount factor of equation (1); chosen, the paper gives none', within=(0.0, 0.999)
     )
     temperature_start: float = parameter(
         1.0,
         'Boltzmann temperature of equation (2) in the first trial, in units of reward; chosen',
-        minimum=1e-3,
-        maximum=1e3,
+        within=(1e-3, 1e3),
     )
     temperature_end: float = parameter(
         0.01,
         'Boltzmann temperature of equation (2) in the last trial, in units of reward; chosen: '
         '0.05 learns the same with 40 % more actions',
-        minimum=1e-3,
-        maximum=1e3,
+        within=(1e-3, 1e3),
     )
     trials: int = parameter(
         20,
         'Trials, each with one path from every start (20 in section "The Simulation Phase")',
-        minimum=1,
-        maximum=100_000,
+        within=(1, 100_000),
     )
     max_options: int = parameter(
         60,
         'Actions after which a path in simulation is truncated, without penalty; chosen',
-        minimum=1,
-        maximum=100_000,
+        within=(1, 100_000),
     )
     start_jitter_m: float = parameter(
         0.05,
         'Largest random shift of the starts along x and y, m, so that the policy holds near them, '
         'too; chosen',
-        minimum=0.0,
-        maximum=0.5,
+        within=(0.0, 0.5),
     )
     overshoot_m: float = parameter(
         0.05,
         'Distance driven past a region border before the next action, m: a robot notices the '
         'border only after it has crossed it; chosen',
-        minimum=0.0,
-        maximum=0.5,
+        within=(0.0, 0.5),
     )
 
     def temperature(self, trial: int) -> float:

@@ -19,55 +19,39 @@ class NoiseModel(Configuration):
     """Standard deviations (per run where called an error or bias, per sample where a noise)."""
 
     read_noise_dn: float = parameter(
-        1.5, 'Camera read noise per pixel, grey values (1 sigma)', minimum=0.0, maximum=50.0
+        1.5, 'Camera read noise per pixel, grey values (1 sigma)', within=(0.0, 50.0)
     )
     spot_sigma_px: float = parameter(
-        1.2, "Width of the lens's point-spread function, pixels", minimum=0.3, maximum=20.0
+        1.2, "Width of the lens's point-spread function, pixels", within=(0.3, 20.0)
     )
     pan_tilt_noise_rad: float = parameter(
-        deg(0.05),
-        'Pan and tilt encoder noise per reading, rad (1 sigma)',
-        minimum=0.0,
-        maximum=0.2,
+        deg(0.05), 'Pan and tilt encoder noise per reading, rad (1 sigma)', within=(0.0, 0.2)
     )
     pan_tilt_bias_rad: float = parameter(
-        deg(0.15),
-        'Pan and tilt mounting error, drawn once, rad (1 sigma)',
-        minimum=0.0,
-        maximum=0.2,
+        deg(0.15), 'Pan and tilt mounting error, drawn once, rad (1 sigma)', within=(0.0, 0.2)
     )
     survey_error_m: float = parameter(
-        0.1 * INCH_M,
-        'Error of each LED coordinate, drawn once, m (1 sigma)',
-        minimum=0.0,
-        maximum=1.0,
+        0.1 * INCH_M, 'Error of each LED coordinate, drawn once, m (1 sigma)', within=(0.0, 1.0)
     )
     camera_height_error_m: float = parameter(
-        0.25 * INCH_M,
-        'Error of the camera height, drawn once, m (1 sigma)',
-        minimum=0.0,
-        maximum=1.0,
+        0.25 * INCH_M, 'Error of the camera height, drawn once, m (1 sigma)', within=(0.0, 1.0)
     )
     focal_error: float = parameter(
-        0.003, 'Relative error of the focal length, drawn once (1 sigma)', minimum=0.0, maximum=0.2
+        0.003, 'Relative error of the focal length, drawn once (1 sigma)', within=(0.0, 0.2)
     )
     odometry_scale_error: float = parameter(
-        0.01,
-        'Relative error of the distance driven, drawn once (1 sigma)',
-        minimum=0.0,
-        maximum=0.5,
+        0.01, 'Relative error of the distance driven, drawn once (1 sigma)', within=(0.0, 0.5)
     )
     odometry_drift_rad_per_m: float = parameter(
         deg(0.03) / INCH_M,
         'Slow turn of the base while driving, unseen by encoders, drawn once, rad/m (1 sigma)',
-        minimum=0.0,
-        maximum=1.0,
+        within=(0.0, 1.0),
     )
     dropout_probability: float = parameter(
-        0.03, 'Chance that an LED is dark in one image', minimum=0.0, maximum=1.0
+        0.03, 'Chance that an LED is dark in one image', within=(0.0, 1.0)
     )
     spurious_probability: float = parameter(
-        0.03, 'Chance of one spurious light in one image', minimum=0.0, maximum=1.0
+        0.03, 'Chance of one spurious light in one image', within=(0.0, 1.0)
     )
 
     def scaled(self, factor: float) -> NoiseModel:

@@ -54,8 +54,7 @@ def parameter(
     default: Any,  # noqa: ANN401 - the field's own annotation gives the type
     description: str,
     *,
-    minimum: float | None = None,
-    maximum: float | None = None,
+    within: tuple[float | None, float | None] = (None, None),
     choices: tuple[str, ...] = (),
     length: int | None = None,
 ) -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
@@ -64,15 +63,14 @@ def parameter(
     Args:
         default: The default value: float, int, bool, str or a tuple of floats.
         description: What it means, with its unit and source.
-        minimum: Smallest accepted value, of each element for a tuple.
-        maximum: Largest accepted value, of each element for a tuple.
+        within: Smallest and largest accepted value, of each element for a tuple; None: any.
         choices: The accepted strings.
         length: Number of elements of a tuple.
     """
     info = ParameterInfo(
         description=description,
-        minimum=minimum,
-        maximum=maximum,
+        minimum=within[0],
+        maximum=within[1],
         choices=choices,
         length=length,
     )

@@ -43,21 +43,20 @@ class AssociationConfig(Configuration):
     """When a labelling is accepted."""
 
     triple_gate: float = parameter(
-        30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', minimum=1.0
+        30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', within=(1.0, None)
     )
     pair_gate: float = parameter(
-        12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', minimum=1.0
+        12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', within=(1.0, None)
     )
     margin: float = parameter(
         25.0,
         'Least difference of the chi-square of the second best (likelihood ratio e^-12)',
-        minimum=1.0,
+        within=(1.0, None),
     )
     wall_clearance_m: float = parameter(
         0.1,
         'Least distance of a pose from the walls, m (chosen: the body has a radius of 0.225 m)',
-        minimum=-5.0,
-        maximum=5.0,
+        within=(-5.0, 5.0),
     )
 
 

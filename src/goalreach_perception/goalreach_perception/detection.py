@@ -27,22 +27,20 @@ class DetectionConfig(Configuration):
     minimum_peak_dn: float = parameter(
         20.0,
         'Least peak of a spot above the background, grey values (chosen)',
-        minimum=3.0,
-        maximum=255.0,
+        within=(3.0, 255.0),
     )
     centroid_sigma_px: float = parameter(
         0.025,
         'Error of a bright spot per axis, px (1 sigma): sampling and saturation (measured while '
         'driving: 0.008 to 0.010; chosen larger, since it repeats from image to image: with 0.010 '
         'a filter that calibrates itself is overconfident after ten minutes)',
-        minimum=0.001,
-        maximum=5.0,
+        within=(0.001, 5.0),
     )
     maximum_spots: int = parameter(
-        5, 'Largest number of spots of a whole frame (chosen)', minimum=2, maximum=8
+        5, 'Largest number of spots of a whole frame (chosen)', within=(2, 8)
     )
     window_half_px: int = parameter(
-        20, 'Smallest half-width of a tracking window, px (chosen)', minimum=8, maximum=100
+        20, 'Smallest half-width of a tracking window, px (chosen)', within=(8, 100)
     )
 
 

@@ -32,27 +32,25 @@ class LocalizerConfig(Configuration):
     landmarks_m: tuple[float, ...] = parameter(
         tuple(coordinate for led in DEFAULT_LANDMARKS_M for coordinate in led),
         'Surveyed positions of the LEDs in `map`: x, y, z of each, m',
-        minimum=-100.0,
-        maximum=100.0,
+        within=(-100.0, 100.0),
     )
     arena_width_m: float = parameter(
-        WIDTH_M, 'Arena size along x, m (the paper: 140 in)', minimum=0.5, maximum=100.0
+        WIDTH_M, 'Arena size along x, m (the paper: 140 in)', within=(0.5, 100.0)
     )
     arena_length_m: float = parameter(
-        LENGTH_M, 'Arena size along y, m (the paper: 200 in)', minimum=0.5, maximum=100.0
+        LENGTH_M, 'Arena size along y, m (the paper: 200 in)', within=(0.5, 100.0)
     )
     camera_height_m: float = parameter(
-        1.10, 'Nominal height of the optical centre, m (chosen)', minimum=0.0, maximum=10.0
+        1.10, 'Nominal height of the optical centre, m (chosen)', within=(0.0, 10.0)
     )
     calibrate: bool = parameter(
-        True,
-        'Estimate LED positions, camera height and focal length while driving',
+        True, 'Estimate LED positions, camera height and focal length while driving'
     )
     robot_speed_m_per_s: float = parameter(
-        inches(24.0), 'Fastest the robot drives, m/s (Nomad 200: 24 in/s)', minimum=0.01
+        inches(24.0), 'Fastest the robot drives, m/s (Nomad 200: 24 in/s)', within=(0.01, None)
     )
     robot_turn_rad_per_s: float = parameter(
-        deg(60.0), 'Fastest the robot steers, rad/s (Nomad 200: 60 deg/s)', minimum=0.01
+        deg(60.0), 'Fastest the robot steers, rad/s (Nomad 200: 60 deg/s)', within=(0.01, None)
     )
     noise: NoiseModel = field(default_factory=NoiseModel)
     detection: DetectionConfig = field(default_factory=DetectionConfig)

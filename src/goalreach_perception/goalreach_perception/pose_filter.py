@@ -51,27 +51,26 @@ class FilterConfig(Configuration):
         'Random part of the odometry, m per square root of a metre (1 sigma; chosen: small beside '
         'the errors of scale and drift, which are states; with five times as much the covariance '
         'was a tenth too large)',
-        minimum=0.0,
-        maximum=1.0,
+        within=(0.0, 1.0),
     )
     heading_walk_rad_per_sqrt_m: float = parameter(
         deg(0.004),
         'Random part of the heading, rad per square root of a metre (1 sigma; chosen as above)',
-        minimum=0.0,
-        maximum=1.0,
+        within=(0.0, 1.0),
     )
     memory_s: float = parameter(
         1e5,
         'Time constant with which biases and calibration return to their prior, s (chosen: about '
         'a day; small errors that repeat from image to image then do not cause false certainty)',
-        minimum=1.0,
-        maximum=1e9,
+        within=(1.0, 1e9),
     )
     led_gate: float = parameter(
-        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', minimum=1.0
+        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', within=(1.0, None)
     )
     joint_gate: float = parameter(
-        32.0, 'Largest squared distance of all LEDs of an image together (p = 2e-5)', minimum=1.0
+        32.0,
+        'Largest squared distance of all LEDs of an image together (p = 2e-5)',
+        within=(1.0, None),
     )
 
 

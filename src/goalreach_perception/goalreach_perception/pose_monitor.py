@@ -31,42 +31,40 @@ class PoseMonitorConfig(Configuration):
     lost_after_frames: int = parameter(
         5,
         'Consecutive images contradicting a pose until it is lost (chosen: 0.2 s)',
-        minimum=1,
-        maximum=1000,
+        within=(1, 1000),
     )
     unseen_after_frames: int = parameter(
         200,
         'Consecutive images without any LED until a pose is lost (chosen: 8 s, in which a turret '
         'that turned away at full speed gets back to the LEDs)',
-        minimum=1,
-        maximum=100000,
+        within=(1, 100000),
     )
     pair_confirmations: int = parameter(
-        3, 'Images that must confirm a pose from two LEDs (chosen)', minimum=0, maximum=1000
+        3, 'Images that must confirm a pose from two LEDs (chosen)', within=(0, 1000)
     )
     triple_confirmations: int = parameter(
         1,
         'Images that must confirm a pose from three LEDs: one may have been a spurious spot '
         '(chosen)',
-        minimum=0,
-        maximum=1000,
+        within=(0, 1000),
     )
     confirm_within_frames: int = parameter(
-        8, 'Images within which a pose must be confirmed (chosen: 0.3 s)', minimum=1, maximum=1000
+        8, 'Images within which a pose must be confirmed (chosen: 0.3 s)', within=(1, 1000)
     )
     check_every_frames: int = parameter(
         25,
         'Images from one check of the filter against one image alone to the next (chosen: 1 s)',
-        minimum=1,
-        maximum=100000,
+        within=(1, 100000),
     )
     check_gate: float = parameter(
         40.0,
         'Largest squared distance of the filter from the pose of one image, 3 dof (p = 1e-8)',
-        minimum=1.0,
+        within=(1.0, None),
     )
     contradictions: int = parameter(
-        2, 'Consecutive failed checks until the filter restarts from the image (chosen)', minimum=1
+        2,
+        'Consecutive failed checks until the filter restarts from the image (chosen)',
+        within=(1, None),
     )
 
 

@@ -42,17 +42,15 @@ class StateEstimatorConfig(Configuration):
         2.0 * INCH_M,
         'Position uncertainty along its worst axis above which a pose is UNCERTAIN, m (1 sigma; '
         'chosen: above what nominal noise leads to; an error of 6 in is then one of 3 sigma)',
-        minimum=0.0,
-        maximum=10.0,
+        within=(0.0, 10.0),
     )
     max_heading_sigma_rad: float = parameter(
         deg(5.0),
         'Heading uncertainty above which a pose is UNCERTAIN, rad (1 sigma; chosen)',
-        minimum=0.0,
-        maximum=math.pi,
+        within=(0.0, math.pi),
     )
     max_age_s: float = parameter(
-        0.5, 'Age above which a pose is STALE, s (chosen)', minimum=0.0, maximum=60.0
+        0.5, 'Age above which a pose is STALE, s (chosen)', within=(0.0, 60.0)
     )
 
     def __post_init__(self) -> None:

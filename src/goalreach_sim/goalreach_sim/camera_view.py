@@ -208,36 +208,29 @@ class OpticsConfig(Configuration):
     """Light, exposure and grey values; none of these figures is in the paper."""
 
     dark_offset_dn: float = parameter(
-        10.0, 'Mean grey value without light; chosen', minimum=0.0, maximum=100.0
+        10.0, 'Mean grey value without light; chosen', within=(0.0, 100.0)
     )
     led_flux_dn: float = parameter(
         18000.0,
         'Sum of the grey values of an LED 1 m away on its axis; chosen for a peak of 75 at 5 m',
-        minimum=0.0,
-        maximum=1e7,
+        within=(0.0, 1e7),
     )
     led_radius_m: float = parameter(
-        0.0025,
-        'Radius of the luminous disc of an LED, m; a common 5 mm LED',
-        minimum=0.0,
-        maximum=0.1,
+        0.0025, 'Radius of the luminous disc of an LED, m; a common 5 mm LED', within=(0.0, 0.1)
     )
     led_half_angle_rad: float = parameter(
         deg(60),
         'Angle off axis at which an LED has half its intensity, rad; chosen',
-        minimum=deg(5),
-        maximum=deg(175),
+        within=(deg(5), deg(175)),
     )
     shot_noise: float = parameter(
         0.0,
         'Shot noise of light: standard deviation over the root of the grey value; 0 for none',
-        minimum=0.0,
-        maximum=10.0,
+        within=(0.0, 10.0),
     )
     rolling_exposure_s: float = parameter(
         0.0,
         'Time from the exposure of the top row to that of the bottom row, which is at the stamp, '
         's; 0 for a global shutter, as in the CCD of the robot',
-        minimum=0.0,
-        maximum=1.0,
+        within=(0.0, 1.0),
     )

@@ -27,38 +27,28 @@ class DriveConfig(Configuration):
     translation_speed_m_per_s: float = parameter(
         inches(20),
         'Top translation speed, m/s; laboratories report 20 and 24 in/s, the latter is the limit',
-        minimum=0.01,
-        maximum=inches(24),
+        within=(0.01, inches(24)),
     )
     steering_speed_rad_per_s: float = parameter(
-        deg(60),
-        'Top steering rate, rad/s; 60 deg/s by two laboratories',
-        minimum=0.01,
-        maximum=deg(360),
+        deg(60), 'Top steering rate, rad/s; 60 deg/s by two laboratories', within=(0.01, deg(360))
     )
     turret_speed_rad_per_s: float = parameter(
-        deg(90),
-        'Top turret rate, rad/s; 90 deg/s by two laboratories',
-        minimum=0.01,
-        maximum=deg(360),
+        deg(90), 'Top turret rate, rad/s; 90 deg/s by two laboratories', within=(0.01, deg(360))
     )
     translation_acceleration_m_per_s2: float = parameter(
         inches(30),
         "Translation acceleration, m/s^2; 30 in/s^2 is the Player driver's default",
-        minimum=0.01,
-        maximum=10.0,
+        within=(0.01, 10.0),
     )
     steering_acceleration_rad_per_s2: float = parameter(
         deg(30),
         "Steering acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
-        minimum=0.01,
-        maximum=100.0,
+        within=(0.01, 100.0),
     )
     turret_acceleration_rad_per_s2: float = parameter(
         deg(30),
         "Turret acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
-        minimum=0.01,
-        maximum=100.0,
+        within=(0.01, 100.0),
     )
 
 
@@ -67,28 +57,26 @@ class HeadConfig(Configuration):
     """Limits of the pan/tilt head; the paper gives ranges of 174 and 70 degrees, no rates."""
 
     pan_minimum_rad: float = parameter(
-        deg(-87), 'Lower end of pan, rad; the paper: a range of 174 deg', minimum=-3.2, maximum=0.0
+        deg(-87), 'Lower end of pan, rad; the paper: a range of 174 deg', within=(-3.2, 0.0)
     )
     pan_maximum_rad: float = parameter(
-        deg(87), 'Upper end of pan, rad; the paper: a range of 174 deg', minimum=0.0, maximum=3.2
+        deg(87), 'Upper end of pan, rad; the paper: a range of 174 deg', within=(0.0, 3.2)
     )
     tilt_minimum_rad: float = parameter(
-        deg(-20), 'Lower end of tilt, rad; the paper: a range of 70 deg', minimum=-1.5, maximum=0.0
+        deg(-20), 'Lower end of tilt, rad; the paper: a range of 70 deg', within=(-1.5, 0.0)
     )
     tilt_maximum_rad: float = parameter(
-        deg(50), 'Upper end of tilt, rad; the paper: a range of 70 deg', minimum=0.0, maximum=1.5
+        deg(50), 'Upper end of tilt, rad; the paper: a range of 70 deg', within=(0.0, 1.5)
     )
     rate_rad_per_s: float = parameter(
         deg(90),
         'Rate of the pan and tilt servos, rad/s; chosen, not from a source',
-        minimum=0.01,
-        maximum=deg(720),
+        within=(0.01, deg(720)),
     )
     encoder_resolution_rad: float = parameter(
         0.0,
         'Step of the pan and tilt encoders, rad; 0 for none. Chosen, not from a source',
-        minimum=0.0,
-        maximum=0.1,
+        within=(0.0, 0.1),
     )
 
     def __post_init__(self) -> None:
@@ -109,10 +97,10 @@ class SimulatorConfig(Configuration):
     """
 
     arena_width_m: float = parameter(
-        WIDTH_M, 'Arena size along x, m; the paper: 140 in', minimum=0.5, maximum=100.0
+        WIDTH_M, 'Arena size along x, m; the paper: 140 in', within=(0.5, 100.0)
     )
     arena_length_m: float = parameter(
-        LENGTH_M, 'Arena size along y, m; the paper: 200 in', minimum=0.5, maximum=100.0
+        LENGTH_M, 'Arena size along y, m; the paper: 200 in', within=(0.5, 100.0)
     )
     landmarks_m: tuple[float, ...] = parameter(
         tuple(itertools.chain.from_iterable(DEFAULT_LANDMARKS_M)),
@@ -124,32 +112,30 @@ class SimulatorConfig(Configuration):
         'the robot drives through them. None in the paper',
     )
     body_radius_m: float = parameter(
-        BODY_RADIUS_M, 'Radius of the bumper ring, m; Player project', minimum=0.05, maximum=1.0
+        BODY_RADIUS_M, 'Radius of the bumper ring, m; Player project', within=(0.05, 1.0)
     )
     camera_height_m: float = parameter(
-        1.10, 'Nominal height of the optical centre, m; chosen: 43.3 in', minimum=0.1, maximum=3.0
+        1.10, 'Nominal height of the optical centre, m; chosen: 43.3 in', within=(0.1, 3.0)
     )
     image_width_px: int = parameter(
-        640, 'Image width, pixels; the thesis on the robot', minimum=16, maximum=4096
+        640, 'Image width, pixels; the thesis on the robot', within=(16, 4096)
     )
     image_height_px: int = parameter(
-        480, 'Image height, pixels; the thesis on the robot', minimum=16, maximum=4096
+        480, 'Image height, pixels; the thesis on the robot', within=(16, 4096)
     )
     horizontal_fov_rad: float = parameter(
         deg(60),
         'Calibrated horizontal field of view, rad; chosen, not from a source',
-        minimum=deg(5),
-        maximum=deg(150),
+        within=(deg(5), deg(150)),
     )
     distortion: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0, 0.0),
         'Brown-Conrady k1, k2, p1, p2, k3 of the lens, known to calibration',
-        minimum=-2.0,
-        maximum=2.0,
+        within=(-2.0, 2.0),
         length=5,
     )
     camera_rate_hz: float = parameter(
-        25.0, 'Images per second; the thesis on the robot', minimum=0.1, maximum=1000.0
+        25.0, 'Images per second; the thesis on the robot', within=(0.1, 1000.0)
     )
     start_pose: tuple[float, ...] = parameter(
         (1.778, 4.5, -math.pi / 2),
@@ -159,15 +145,13 @@ class SimulatorConfig(Configuration):
     watchdog_s: float = parameter(
         0.5,
         'Time without a command after which the drive is at rest, s; chosen',
-        minimum=0.01,
-        maximum=60.0,
+        within=(0.01, 60.0),
     )
     watchdog_braking_m_per_s2: float = parameter(
         5.08,
         'Deceleration by the watchdog, m/s^2; chosen: 200 in/s^2 brings the robot to rest within '
         '0.1 s from any speed, so braking begins 0.4 s after the last command',
-        minimum=0.01,
-        maximum=100.0,
+        within=(0.01, 100.0),
     )
     drive: DriveConfig = field(default_factory=DriveConfig)
     head: HeadConfig = field(default_factory=HeadConfig)
@@ -254,22 +238,18 @@ class TimeConfig(Configuration):
         choices=('realtime', 'lockstep'),
     )
     speed: float = parameter(
-        1.0, 'Simulated seconds per wall second with clock realtime', minimum=0.01, maximum=100.0
+        1.0, 'Simulated seconds per wall second with clock realtime', within=(0.01, 100.0)
     )
-    seed: int = parameter(
-        0, 'Seed of everything random in the simulation', minimum=0, maximum=2**31 - 1
-    )
+    seed: int = parameter(0, 'Seed of everything random in the simulation', within=(0, 2**31 - 1))
     start_time_ns: int = parameter(
         0,
         'Initial time of the clock, ns; after a restart the clock must not go back',
-        minimum=0,
-        maximum=2**62,
+        within=(0, 2**62),
     )
     answer_timeout_s: float = parameter(
         5.0,
         'Wall seconds after which a node that does not answer in lockstep is reported',
-        minimum=0.1,
-        maximum=3600.0,
+        within=(0.1, 3600.0),
     )
     consumers: str = parameter(
         '',
@@ -291,28 +271,23 @@ class SimulatedFaults(Configuration):
     """
 
     dark_leds: tuple[float, ...] = parameter(
-        (), 'Numbers of the LEDs that are dark, from 0', minimum=0.0, maximum=1000.0
+        (), 'Numbers of the LEDs that are dark, from 0', within=(0.0, 1000.0)
     )
     extra_light_m: tuple[float, ...] = parameter(
-        (),
-        'Position of a false light: x, y, z in map, m; empty: none',
-        minimum=-100.0,
-        maximum=100.0,
+        (), 'Position of a false light: x, y, z in map, m; empty: none', within=(-100.0, 100.0)
     )
     camera_frozen: bool = parameter(False, 'Whether the camera repeats its last image')
     odometry_frozen: bool = parameter(False, 'Whether the wheel encoders stand still')
     stuck_bumper: int = parameter(
         -1,
         'Number of the bumper that stays pressed, from 0; -1: none',
-        minimum=-1,
-        maximum=BUMPER_COUNT - 1,
+        within=(-1, BUMPER_COUNT - 1),
     )
     carry_to: tuple[float, ...] = parameter(
         (),
         'Pose to which the robot is carried when the value changes, unnoticed by its encoders: '
         'x, y (m), heading (rad)',
-        minimum=-100.0,
-        maximum=100.0,
+        within=(-100.0, 100.0),
     )
 
     def __post_init__(self) -> None:
