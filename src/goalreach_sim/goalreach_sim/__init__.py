@@ -7,8 +7,7 @@ alone. `HostBase` drives a real or simulated robot through its `HostLanguage`.
 from goalreach_sim.camera_renderer import CameraRenderer
 from goalreach_sim.camera_view import CameraPose, CameraView, OpticsConfig
 from goalreach_sim.contact import Walls
-from goalreach_sim.host_base import HostBase, HostLanguage
-from goalreach_sim.nomad200 import Nomad200
+from goalreach_sim.host_language import HostBase, HostLanguage, Nomad200
 from goalreach_sim.robot import Robot
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator

@@ -16,7 +16,7 @@ from goalreach_sim.camera_renderer import CameraRenderer, true_lens
 from goalreach_sim.camera_view import CameraPose, posts_from_flat
 from goalreach_sim.contact import Walls
 from goalreach_sim.head import PanTiltHead
-from goalreach_sim.nomad200 import Nomad200
+from goalreach_sim.host_language import Nomad200
 from goalreach_sim.robot import Robot
 from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
