@@ -25,7 +25,7 @@ from sensor_msgs.msg import CameraInfo
 
 from goalreach_msgs_py.pose_messages import twist_from_raw
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, SENSOR_QOS, subscribe_raw
-from goalreach_msgs_py.ros.node import end_with_launcher
+from goalreach_msgs_py.ros.node import terminate_with_launcher
 from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL
 from goalreach_msgs_py.values import Twist2
 
@@ -127,7 +127,7 @@ def _print(values: dict[str, Any]) -> None:
 
 def main() -> None:
     """Measure, and print the result."""
-    end_with_launcher()
+    terminate_with_launcher()
     kind, number = sys.argv[1], float(sys.argv[2])
     rclpy.init(args=[])
     try:

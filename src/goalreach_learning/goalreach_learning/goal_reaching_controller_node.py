@@ -24,21 +24,21 @@ from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.diagnostic_messages import q_table_to_raw, state_from_raw, transition_to_raw
 from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.pose_messages import path_to_raw, twist_to_raw
 from goalreach_msgs_py.regions import RegionConfig, region_name
 from goalreach_msgs_py.ros.acknowledgement import is_subscribed
-from goalreach_msgs_py.ros.input_watch import InputReporter
 from goalreach_msgs_py.ros.messaging import (
     DEEP_QOS,
     LATCHED_QOS,
     RELIABLE_QOS,
+    InputReporter,
     StampedReply,
     subscribe_raw,
 )
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.sensor_messages import bumpers_from_raw
-from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
 
@@ -121,7 +121,7 @@ class GoalReachingControllerNode(Node):
         self, topic: str, from_raw: Callable[[bytes], object]
     ) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:
-            self._reporter.heard(topic, stamp_ns)
+            self._reporter.received(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, from_raw(raw))
             if inputs is None or self._busy or not self._reply.begin(stamp_ns):
                 return

@@ -12,13 +12,14 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.cdr import MessageError
+from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_from_raw
-from goalreach_msgs_py.ros.input_watch import InputReporter
 from goalreach_msgs_py.ros.messaging import (
     NEWEST_QOS,
     RELIABLE_QOS,
     SENSOR_QOS,
+    InputReporter,
     StampedReply,
     subscribe_raw,
 )
@@ -32,7 +33,6 @@ from goalreach_msgs_py.sensor_messages import (
     image_from_raw,
     landmarks_to_raw,
 )
-from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     CAMERA_INFO,
     HEAD_COMMAND,
@@ -92,7 +92,7 @@ class LandmarkLocalizerNode(Node):
 
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:
-            self._reporter.heard(topic, stamp_ns)
+            self._reporter.received(topic, stamp_ns)
             inputs = self._inputs.add(topic, stamp_ns, raw)
             if inputs is not None and self._reply.begin(stamp_ns):
                 self._process(stamp_ns, inputs)

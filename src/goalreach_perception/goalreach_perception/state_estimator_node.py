@@ -10,8 +10,13 @@ from rosgraph_msgs.msg import Clock
 from goalreach_msgs_py.diagnostic_messages import state_to_raw
 from goalreach_msgs_py.pose_messages import estimate_from_raw
 from goalreach_msgs_py.regions import region_name
-from goalreach_msgs_py.ros.input_watch import InputReporter
-from goalreach_msgs_py.ros.messaging import DEEP_QOS, RELIABLE_QOS, StampedReply, subscribe_raw
+from goalreach_msgs_py.ros.messaging import (
+    DEEP_QOS,
+    RELIABLE_QOS,
+    InputReporter,
+    StampedReply,
+    subscribe_raw,
+)
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.topics import CLOCK, POSE, STATE
@@ -45,7 +50,7 @@ class StateEstimatorNode(Node):
     def _on_clock(self, now_ns: int, _raw: bytes) -> None:
         self._period_ns = 0 if self._clock_ns is None else now_ns - self._clock_ns
         self._clock_ns = now_ns
-        self._reporter.heard(CLOCK, now_ns)
+        self._reporter.received(CLOCK, now_ns)
 
     def _age_s(self, stamp_ns: int) -> float:
         """Return the distance of a stamp from the clock, seconds; 0 before the first clock.
@@ -58,7 +63,7 @@ class StateEstimatorNode(Node):
         return max(age_ns, -age_ns - self._period_ns) * 1e-9
 
     def _on_pose(self, stamp_ns: int, raw: bytes) -> None:
-        self._reporter.heard(POSE, stamp_ns)
+        self._reporter.received(POSE, stamp_ns)
         if not self._reply.begin(stamp_ns):
             return
         pose = estimate_from_raw(raw)

@@ -30,7 +30,7 @@ from goalreach_bags.writer import BagWriter
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
-from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
+from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher
 from goalreach_msgs_py.topics import CLOCK, RECORDER
 
 _LOCKSTEP_POLL_S: Final = 0.001
@@ -244,7 +244,7 @@ def record(options: RecordOptions) -> RecordingResult:
     Raises:
         BagError: The bag cannot be made.
     """
-    end_with_launcher()
+    terminate_with_launcher()
     stop = StopRequest()
     os.environ.setdefault(_PROFILES, DISCOVERY_PROFILE)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)

@@ -127,7 +127,7 @@ class ChildProcess:
 
 def _run(module: str, arguments: list[str], environment: dict[str, str], log_path: str) -> None:
     """Become the process: own session, log file, signals and name; then run `main`."""
-    from goalreach_msgs_py.ros.node import LAUNCHER_PID, call_process
+    from goalreach_msgs_py.ros.node import LAUNCHER_PID, set_process_name
 
     os.setsid()  # a Ctrl-C is for the launcher alone
     log = os.open(log_path, os.O_WRONLY | os.O_APPEND)
@@ -137,7 +137,7 @@ def _run(module: str, arguments: list[str], environment: dict[str, str], log_pat
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     os.environ.update(environment, **{LAUNCHER_PID: str(os.getppid())})
     threading.Thread(target=_end_with_launcher, daemon=True).start()
-    call_process(arguments[0])
+    set_process_name(arguments[0])
     sys.argv = arguments
     sys.exit(importlib.import_module(module).main())
 

@@ -31,7 +31,7 @@ from goalreach_dashboard.web.controls import (
 )
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
-from goalreach_msgs_py.ros.node import StopRequest, end_with_launcher
+from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher
 
 _PERIOD_S: Final = 0.05
 _IDLE_PERIOD_S: Final = 0.2
@@ -190,7 +190,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
     Returns:
         Exit status.
     """
-    end_with_launcher()
+    terminate_with_launcher()
     os.nice(_NICENESS)
     os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
     stop = StopRequest()

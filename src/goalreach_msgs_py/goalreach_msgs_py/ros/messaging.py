@@ -1,4 +1,4 @@
-"""How nodes publish and subscribe: quality of service, serialized subscriptions, replies, stamps.
+"""How nodes publish and subscribe: quality of service, subscriptions, replies, bad inputs, stamps.
 
 A node publishes a value as `publisher.publish(x_to_raw(value, stamp_ns))`, or as part of a
 `StampedReply`, and receives it from `subscribe_raw` for `x_from_raw`.
@@ -6,16 +6,19 @@ A node publishes a value as `publisher.publish(x_to_raw(value, stamp_ns))`, or a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+import time
 from typing import Any
 
 from builtin_interfaces.msg import Time
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Header
 
 from goalreach_msgs_py.cdr import MessageError, stamp_of
+from goalreach_msgs_py.inputs import InputMonitor, InputProblem
 
 SENSOR_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 """ROS 2's sensor data profile: an old image is worth nothing (REP-2003)."""
@@ -36,6 +39,8 @@ LATCHED_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 _NS_PER_S = 1_000_000_000
 _THROTTLE_S = 5.0
+_CHECK_S = 0.2
+_LOG_PERIOD_S = 2.0
 
 
 def subscribe_raw(
@@ -64,6 +69,52 @@ def subscribe_raw(
             node.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
 
     node.create_subscription(message_type, topic, receive, qos, raw=True)
+
+
+class InputReporter:
+    """Logs what an `InputMonitor` finds wrong with a node's inputs, each problem once in 2 s.
+
+    Args:
+        node: The node, whose executor runs the checks.
+        required: The inputs that are reported when they never come.
+        missing: How often each input has been missing, counted by a synchronizer; or None.
+    """
+
+    def __init__(
+        self, node: Node, required: Iterable[str] = (), missing: Mapping[str, int] | None = None
+    ) -> None:
+        """Start the checks."""
+        self._node = node
+        self._monitor = InputMonitor(required)
+        self._missing = missing
+        self._logged_s: dict[tuple[str, str], float] = {}
+        node.create_timer(_CHECK_S, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def received(self, topic: str, stamp_ns: int) -> None:
+        """Record a message."""
+        problem = self._monitor.received(topic, stamp_ns, time.monotonic())
+        if problem is not None:
+            self._log(problem)
+
+    def _check(self) -> None:
+        for problem in self._monitor.check(time.monotonic(), self._missing):
+            self._log(problem)
+
+    def _log(self, problem: InputProblem) -> None:
+        now_s, key = time.monotonic(), (problem.topic, problem.kind)
+        if now_s - self._logged_s.get(key, -_LOG_PERIOD_S) < _LOG_PERIOD_S:
+            return
+        self._logged_s[key] = now_s
+        line = problem.text
+        if problem.topic:
+            infos = self._node.get_publishers_info_by_topic(problem.topic)
+            senders = ', '.join(sorted({info.node_name for info in infos})) or 'nobody sends it'
+            line = f'{problem.topic} ({senders}): {line}'
+        logger = self._node.get_logger()
+        if problem.is_harmless:
+            logger.info(line)
+        else:
+            logger.warning(line)
 
 
 class StampedReply:

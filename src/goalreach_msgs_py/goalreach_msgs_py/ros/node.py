@@ -1,4 +1,4 @@
-"""How every node of the graph starts, reports and ends."""
+"""The life of a node: start, diagnostics, executor loop, clean end."""
 
 from __future__ import annotations
 
@@ -25,39 +25,13 @@ from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 from goalreach_msgs_py.ros.parameters import warn_of_unknown_parameters
 from goalreach_msgs_py.topics import DIAGNOSTICS
 
-_PERIOD_S = 10.0
-"""Between full collections; chosen."""
-
-
-class GarbageRounds:
-    """A full collection now and then, for a loop that never has one of its own.
-
-    Only a full collection gives back the tuples that Python keeps for reuse, up to 2000 of each
-    length, and where all objects die by their reference counts none ever comes: over hours such a
-    process gains some megabytes.
-
-    Args:
-        now_s: A clock that only goes forward.
-    """
-
-    def __init__(self, now_s: float) -> None:
-        """Begin; what exists by now stays to the end and need not be looked through again."""
-        gc.freeze()
-        self._due_s = now_s + _PERIOD_S
-
-    def look(self, now_s: float) -> None:
-        """Collect where it is due; call it in every round of the loop."""
-        if now_s < self._due_s:
-            return
-        gc.collect()
-        self._due_s = now_s + _PERIOD_S
-
-
 LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
 """Environment variable by which a launcher asks its nodes to end when it dies."""
 
+_GC_PERIOD_S = 10.0
+"""Time between full collections. Chosen."""
 _SPIN_S = 0.25
-_DELIVERY_S = 0.5
+_FLUSH_S = 0.5
 _DIAGNOSTICS_TICKS = 25
 _STATUS_BAD_CONFIGURATION = 2
 _PR_SET_PDEATHSIG = 1
@@ -66,11 +40,39 @@ _M_TRIM_THRESHOLD = -1
 _M_MMAP_THRESHOLD = -3
 _LARGEST_KEPT_BYTES = 16 << 20
 _MOST_KEPT_BYTES = 64 << 20
-"""Sizes for `mallopt`. Chosen: some images of any camera that the parameters allow."""
+"""Sizes for `mallopt`. Chosen: a few images of the largest camera that the parameters allow."""
+
+
+class PeriodicGc:
+    """Runs a full garbage collection every 10 s, in a loop that never triggers one.
+
+    Only a full collection returns the tuples that Python keeps for reuse, up to 2000 of each
+    length. Where all objects are freed by their reference counts none is ever triggered, and over
+    hours the process grows by some megabytes.
+
+    Args:
+        now_s: The present time of a monotonic clock.
+    """
+
+    def __init__(self, now_s: float) -> None:
+        """Exclude all objects that exist by now from later collections."""
+        gc.freeze()
+        self._due_s = now_s + _GC_PERIOD_S
+
+    def collect_if_due(self, now_s: float) -> None:
+        """Collect where it is due; to be called in every iteration of the loop."""
+        if now_s < self._due_s:
+            return
+        gc.collect()
+        self._due_s = now_s + _GC_PERIOD_S
 
 
 class Diagnostics:
-    """Publishes one status of a node on `/diagnostics`, once in 25 ticks (1 Hz at 25 Hz)."""
+    """Publishes the status of a node on `/diagnostics`, once in 25 ticks (1 Hz at 25 Hz).
+
+    Args:
+        node: The node.
+    """
 
     def __init__(self, node: Node) -> None:
         """Make the publisher."""
@@ -91,7 +93,7 @@ class Diagnostics:
         Args:
             stamp_ns: Stamp of the tick.
             message: One line for people.
-            values: Called only where the status is published.
+            values: Returns details by name; called only where the status is published.
             ok: False for level WARN.
         """
         self._ticks += 1
@@ -110,21 +112,21 @@ class Diagnostics:
 def run_nodes(
     name: str, makers: Sequence[Callable[[], Node]], arguments: Sequence[str] | None = None
 ) -> int:
-    """Be the `main` of an executable: serve nodes on one executor until SIGINT or SIGTERM.
+    """Run nodes on one executor until SIGINT or SIGTERM; the `main` of a node's executable.
 
-    Signals only raise a flag that the loop looks at: rclpy's own handlers can strike in the
-    middle of a callback and end in a traceback.
+    Signals only set a flag that the loop checks: rclpy's own handlers can interrupt a callback and
+    end in a traceback.
 
     Args:
-        name: What runs, for lists of processes and for messages before a node exists.
-        makers: Each constructs a node.
-        arguments: Command line, or None for the process's own.
+        name: Name of the process, also in messages that precede the first node.
+        makers: Constructors of the nodes.
+        arguments: Command line, or None for that of the process.
 
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
     """
-    call_process(name)
-    end_with_launcher()
+    set_process_name(name)
+    terminate_with_launcher()
     keep_freed_memory()
     stop = StopRequest()
     nodes: list[Node] = []
@@ -139,16 +141,16 @@ def run_nodes(
     except GoalreachError as error:
         return _refuse(f'{name}: {error}')
     finally:
-        _deliver(nodes)
+        _flush(nodes)
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
-def _deliver(nodes: Sequence[Node]) -> None:
-    """Wait a little until all who listen reliably have what was sent: the last word counts."""
-    deadline_s = time.monotonic() + _DELIVERY_S
+def _flush(nodes: Sequence[Node]) -> None:
+    """Wait up to 0.5 s until reliable subscribers have received what was published."""
+    deadline_s = time.monotonic() + _FLUSH_S
     for publisher in (publisher for node in nodes for publisher in node.publishers):
         left_s = deadline_s - time.monotonic()
         if left_s > 0.0:
@@ -159,11 +161,11 @@ def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
     executor = EventsExecutor()
     for node in nodes:
         executor.add_node(node)
-    garbage = GarbageRounds(time.monotonic())
+    periodic_gc = PeriodicGc(time.monotonic())
     try:
         while rclpy.ok() and not stop.requested:
             executor.spin_once(timeout_sec=_SPIN_S)
-            garbage.look(time.monotonic())
+            periodic_gc.collect_if_due(time.monotonic())
     except ExternalShutdownException:
         pass
     finally:
@@ -171,10 +173,10 @@ def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
 
 
 class StopRequest:
-    """Turns SIGINT and SIGTERM into a flag for a main loop to look at.
+    """Turns SIGINT and SIGTERM into a flag that a main loop checks.
 
     Attributes:
-        requested: Whether a signal has come.
+        requested: Whether a signal has arrived.
     """
 
     def __init__(self) -> None:
@@ -201,10 +203,10 @@ def _refuse(line: str) -> int:
 
 
 def keep_freed_memory() -> None:
-    """Ask the allocator to keep freed blocks of the size of an image (glibc).
+    """Make the allocator (glibc) keep freed blocks of an image's size.
 
-    By default it hands each back to the kernel, and the next image's pages come in anew, one
-    fault each: that costs twenty times as much as copying the image.
+    By default it returns each to the kernel, and the next image causes a page fault for each of
+    its pages, which costs twenty times as much as copying the image.
     """
     if not sys.platform.startswith('linux'):
         return
@@ -214,14 +216,14 @@ def keep_freed_memory() -> None:
         mallopt(_M_TRIM_THRESHOLD, _MOST_KEPT_BYTES)
 
 
-def call_process(name: str) -> None:
-    """Give this process the name that `ps -C` and `top` show, its first 15 letters (Linux)."""
+def set_process_name(name: str) -> None:
+    """Set the name of this process in `ps -C` and `top`, at most 15 letters (Linux)."""
     if sys.platform.startswith('linux'):
         ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode())
 
 
-def end_with_launcher() -> None:
-    """Ask the kernel for SIGTERM when the launcher dies, however it dies (Linux)."""
+def terminate_with_launcher() -> None:
+    """Request SIGTERM from the kernel when the launcher dies, for whatever reason (Linux)."""
     launcher = os.environ.get(LAUNCHER_PID)
     if launcher is None or not sys.platform.startswith('linux'):
         return

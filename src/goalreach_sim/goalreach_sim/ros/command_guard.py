@@ -6,8 +6,8 @@ from typing import Final
 
 from rclpy.node import Node
 
-from goalreach_msgs_py.ros.input_watch import InputReporter
-from goalreach_msgs_py.topics import CLOCK, CMD_VEL, HEAD_COMMAND
+from goalreach_msgs_py.ros.messaging import InputReporter
+from goalreach_msgs_py.topics import CLOCK, CMD_VEL
 
 _THROTTLE_S: Final = 3.0
 _LOOK_TICKS: Final = 5
@@ -35,8 +35,7 @@ class CommandGuard:
         self._topic = node.resolve_topic_name(CMD_VEL)  # counting knows of no remapping
         self._limit_ns = round(limit_s * 1e9)
         self._brakes_after_ns = round(brakes_after_s * 1e9)
-        inputs = [CLOCK, CMD_VEL, HEAD_COMMAND]
-        self._reporter = InputReporter(node, inputs) if reports_silence else None
+        self._reporter = InputReporter(node) if reports_silence else None
         self._now_ns: int | None = None
         self._accepted_ns: int | None = None
         self._moved = False
@@ -54,7 +53,7 @@ class CommandGuard:
                 self._node.get_logger().warning(line)
         self._moved = moving
         if self._reporter is not None:
-            self._reporter.heard(CLOCK, stamp_ns)
+            self._reporter.received(CLOCK, stamp_ns)
         self._ticks += 1
         if self._ticks % _LOOK_TICKS == 0:
             self._find_drivers()
@@ -83,7 +82,7 @@ class CommandGuard:
                 return False
         if stamp_ns != 0 and self._now_ns is not None:
             if self._reporter is not None:
-                self._reporter.heard(topic, stamp_ns)
+                self._reporter.received(topic, stamp_ns)
             age_ns = self._now_ns - stamp_ns
             if age_ns > self._limit_ns:
                 self._warn(f'{topic}: a command {age_ns * 1e-9:.2f} s old is refused')

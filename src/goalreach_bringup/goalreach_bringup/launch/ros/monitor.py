@@ -23,10 +23,10 @@ from goalreach_msgs_py.diagnostic_messages import (
     state_from_raw,
     transition_from_raw,
 )
+from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.pose_messages import odometry_from_raw
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, subscribe_raw
-from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import (
     GROUND_TRUTH,
     MONITOR,

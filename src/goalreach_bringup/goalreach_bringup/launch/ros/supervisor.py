@@ -21,7 +21,7 @@ from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
-from goalreach_msgs_py.ros.node import GarbageRounds
+from goalreach_msgs_py.ros.node import PeriodicGc
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 
 _LOG: Final = logging.getLogger(__name__)
@@ -186,12 +186,12 @@ class Graph:
         probes = {name: LivenessProbe(monitor, self._node_of(name)) for name in self._modules}
         executor = EventsExecutor()
         executor.add_node(monitor)
-        garbage = GarbageRounds(time.monotonic())
+        garbage = PeriodicGc(time.monotonic())
         try:
             while rclpy.ok() and not finished():
                 now_s = self._serve(executor)
                 self._report_arrivals(monitor, now_s)
-                garbage.look(now_s)
+                garbage.collect_if_due(now_s)
                 for name, probe in probes.items():
                     self._supervise(name, probe, now_s, resume)
         finally:
