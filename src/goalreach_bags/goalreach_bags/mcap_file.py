@@ -333,13 +333,17 @@ class McapReader:
         try:
             self._reader = make_reader(self._stream, validate_crcs=True)
             summary = self._reader.get_summary()
-            if summary is not None and summary.statistics is not None:
+            total = None if summary is None else summary.statistics
+            if summary and total and total.channel_count == len(summary.channels):
                 channels = summary.channels.values()
                 self.topics = tuple(channel_topic(c, summary.schemas) for c in channels)
-                self.span = _span(path.name, summary.channels, summary.statistics)
+                self.span = _span(path.name, summary.channels, total)
             else:
                 scan = scan_mcap(path)
                 self.topics, self.span = scan.topics, scan.span
+                if summary:  # mcap's reader looks up in it what need not be repeated there
+                    summary.schemas.update(scan.schemas)
+                    summary.channels.update(scan.channels)
         except BaseException:
             self._stream.close()
             raise

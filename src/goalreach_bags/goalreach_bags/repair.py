@@ -61,7 +61,7 @@ class RepairResult:
 
 
 def repair_bag(path: Path, *, replace_files: bool = False) -> RepairResult:
-    """Write damaged files of a bag anew, and its metadata where that is missing or wrong.
+    """Write damaged files of a bag again, and its metadata where that is missing or wrong.
 
     A sound file is left untouched. A damaged one is kept as `NAME.damaged`.
 
@@ -138,7 +138,7 @@ def _existing_metadata(path: Path) -> BagMetadata | None:
 
 
 def _metadata(path: Path, scans: list[_StorageScan], existing: BagMetadata | None) -> BagMetadata:
-    """Return the metadata of what the files hold, with all that only metadata knew."""
+    """Return metadata for the contents of the files, with all that only older metadata says."""
     copies = [parse_metadata(path, scan.metadata) for scan in scans]
     known = [metadata for metadata in (existing, *reversed(copies)) if metadata is not None]
     custom: dict[str, str] = {}

@@ -70,7 +70,7 @@ def show_comparison(
 def show_recomputation(
     results: Sequence[TopicResult], *, tolerance: float, console: Console | None = None
 ) -> None:
-    """Print what recomputing showed, topic by topic, and where it differs first."""
+    """Print the result of a recomputation, topic by topic, and the first difference."""
     out = console or Console(highlight=False)
     table = Table(Column('topic', no_wrap=True), 'compared', 'different', 'largest', 'first at')
     for result in results:

@@ -56,7 +56,7 @@ class RunSeries:
 
 
 def recorded_arena(bag: BagReader) -> Arena:
-    """Return the arena of the run's parameters, the paper's where the bag does not tell them."""
+    """Return the arena of the run's parameters, the paper's where the bag has none."""
     try:
         values = yaml.safe_load(bag.metadata.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
         leds = iter(values['landmarks_m'])

@@ -250,7 +250,7 @@ class SqliteScan:
     dropped_bytes: int = 0
 
     def write_repaired(self, target: Path, metadata: str) -> None:
-        """Copy the file, make the indexes of the copy anew and add the bag's metadata.
+        """Copy the file, rebuild the indexes of the copy and add the bag's metadata.
 
         Offers that are damaged are removed: other readers refuse the whole file for them.
 

@@ -25,7 +25,7 @@ from goalreach_msgs_py.errors import FileFormatError
 
 _StorageFile = McapWriter | SqliteWriter
 FLUSH_S: Final = 1.0
-"""What a recorder holds in memory is at most so old. Chosen: the loss at a sudden death."""
+"""Longest time for which messages are in memory alone, lost at a sudden death. Chosen."""
 
 
 class BagWriter:
@@ -33,12 +33,12 @@ class BagWriter:
 
     Attributes:
         path: Its directory.
-        custom: Texts to keep in the summary.
+        custom: Texts that the metadata keeps.
 
     Args:
         path: Its directory, which must not exist.
-        options: How it is kept.
-        now: Monotonic seconds; what was written is flushed once it is `FLUSH_S` old.
+        options: How it is stored.
+        now: Monotonic seconds; messages are flushed once they are `FLUSH_S` old.
 
     Raises:
         BagError: The directory exists, or cannot be made.
@@ -77,7 +77,7 @@ class BagWriter:
         """Add a topic before its first message.
 
         Raises:
-            BagStoppedError: The disk took no more.
+            BagStoppedError: The disk is full or failed.
         """
         self._topics[topic.name] = topic
         self._numbers[topic.name] = len(self._topics)
@@ -93,7 +93,7 @@ class BagWriter:
             publish_ns: When it was published, the receive time if None.
 
         Raises:
-            BagStoppedError: The disk took no more.
+            BagStoppedError: The disk is full or failed.
         """
         if self._is_full(time_ns):
             self._do(self._split)
@@ -107,10 +107,10 @@ class BagWriter:
             self._do(self._flush)
 
     def flush_if_due(self) -> None:
-        """Flush what is older than `FLUSH_S`; to be called several times a second.
+        """Flush messages older than `FLUSH_S`; to be called several times a second.
 
         Raises:
-            BagStoppedError: The disk took no more.
+            BagStoppedError: The disk is full or failed.
         """
         now_s = self._now()
         if now_s - self._flushed_s >= FLUSH_S:
@@ -120,17 +120,17 @@ class BagWriter:
         """Finish the bag.
 
         Args:
-            custom: More texts to keep in the summary.
+            custom: More texts that the metadata keeps.
 
         Raises:
-            BagStoppedError: The disk took no more.
+            BagStoppedError: The disk is full or failed.
         """
         self.custom.update(custom or {})
         self._do(self._finish)
         return self.metadata()
 
     def metadata(self) -> BagMetadata:
-        """Return the summary of what was written so far."""
+        """Return the metadata of what was written so far."""
         spans = tuple(self._done if self._file is None else [*self._done, self._current()])
         return BagMetadata(
             storage=self._options.storage,
@@ -202,7 +202,7 @@ class BagWriter:
             self._stop(error)
 
     def _stop(self, error: OSError | FileFormatError) -> NoReturn:
-        """Close the bag after what the disk has taken."""
+        """Close the bag after the last messages that were flushed."""
         number = error.errno if isinstance(error, OSError) else None
         full = number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)

@@ -1,9 +1,10 @@
-"""Recorded sensors through live perception and state estimation, in lockstep."""
+"""Recomputation: recorded sensors through live perception and state estimation."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 import os
 from pathlib import Path
 import tempfile
@@ -28,6 +29,7 @@ from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
+from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
@@ -35,17 +37,21 @@ from goalreach_perception.state_estimator_node import StateEstimatorNode
 _CONNECT_S: Final = 10.0
 _REPEAT_S: Final = 1.0
 _ANSWER_S: Final = 20.0
-"""Chosen: a lost image is sent again; a node that is silent so long does not answer at all."""
+"""Chosen: after the first a lost message is sent again, after the second nodes have failed."""
+
+_INCOMPLETE_STAMPS: Final = 64
+"""Stamps whose sensors may be incomplete at a time. Chosen."""
 
 _DEEP_QOS: Final = QoSProfile(depth=100)
+_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 
 
-class Feeder(Node):
-    """Publishes the sensors of a stamp and waits until all of perception has answered.
+class SensorFeeder(Node):
+    """Publishes the sensors of a stamp and waits for all outputs of perception.
 
     Args:
         bag: The bag, for the types of the topics.
-        executor: Serves this node and those of perception.
+        executor: Executor of this node and those of perception.
     """
 
     def __init__(self, bag: BagReader, executor: EventsExecutor) -> None:
@@ -53,40 +59,38 @@ class Feeder(Node):
         self._executor = executor
         self._answers: dict[str, bytes] = {}
         self._stamp_ns = -1
-        self._outlets: dict[str, Any] = {}
-        self._inlets: list[Any] = []
+        self._sensors: dict[str, Any] = {}
+        self._outputs: list[Any] = []
         for name in SENSORS:
             topic = bag.topics[name]
-            profile = publisher_profile(topic.offers)
-            kind = message_class(topic.type_name)
-            self._outlets[name] = self.create_publisher(kind, name, profile)
+            self._sensors[name] = self.create_publisher(
+                message_class(topic.type_name), name, publisher_profile(topic.offers)
+            )
         for name in OUTPUTS:
             kind = message_class(bag.topics[name].type_name)
-            self._inlets.append(
-                self.create_subscription(kind, name, self._collector(name), _DEEP_QOS, raw=True)
+            collect = partial(self._collect, name)
+            self._outputs.append(
+                self.create_subscription(kind, name, collect, _DEEP_QOS, raw=True)
             )
 
-    def connect(self, deaf: tuple[str, ...]) -> None:
-        """Wait until perception is connected.
-
-        Args:
-            deaf: Sensors that nobody needs to hear.
+    def connect(self) -> None:
+        """Wait until perception is connected; of the bumpers it makes no use.
 
         Raises:
-            GoalreachError: It is not, in time.
+            GoalreachError: It did not connect in time.
         """
-        needed = [outlet for name, outlet in self._outlets.items() if name not in deaf]
+        needed = [publisher for name, publisher in self._sensors.items() if name != BUMPERS]
 
         def connected() -> bool:
-            return all(outlet.get_subscription_count() for outlet in needed) and all(
-                inlet.get_publisher_count() for inlet in self._inlets
+            return all(publisher.get_subscription_count() for publisher in needed) and all(
+                subscription.get_publisher_count() for subscription in self._outputs
             )
 
         if not self._spin_until(connected, _CONNECT_S):
             raise GoalreachError(f'perception did not connect within {_CONNECT_S:g} s')
 
-    def ask(self, stamp_ns: int, sensors: Mapping[str, bytes]) -> dict[str, bytes]:
-        """Return what perception answers to the sensors of a stamp.
+    def process(self, stamp_ns: int, sensors: Mapping[str, bytes]) -> dict[str, bytes]:
+        """Return the outputs of perception for the sensors of a stamp.
 
         Args:
             stamp_ns: The stamp.
@@ -105,16 +109,13 @@ class Feeder(Node):
                     f'no answer on {silent} to the sensors of {stamp_ns * 1e-9:.3f} s'
                 )
             for name in SENSORS:
-                self._outlets[name].publish(sensors[name])
+                self._sensors[name].publish(sensors[name])
             self._spin_until(lambda: len(self._answers) == len(OUTPUTS), _REPEAT_S)
         return dict(self._answers)
 
-    def _collector(self, name: str) -> Callable[[bytes], None]:
-        def collect(data: bytes) -> None:
-            if stamp_of(data) == self._stamp_ns:
-                self._answers[name] = data
-
-        return collect
+    def _collect(self, name: str, data: bytes) -> None:
+        if stamp_of(data) == self._stamp_ns:
+            self._answers[name] = data
 
     def _spin_until(self, condition: Callable[[], bool], limit_s: float) -> bool:
         deadline_s = time.monotonic() + limit_s
@@ -125,21 +126,16 @@ class Feeder(Node):
         return True
 
 
-_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-_DEPTH: Final = 64
-"""Stamps whose sensors may be incomplete at a time. Chosen."""
-
-
 def recompute(
     path: Path, *, tolerance: float, params_file: Path | None = None
 ) -> list[TopicResult]:
-    """Feed the recorded sensors and compare the answers with the recorded ones.
+    """Feed the recorded sensors to live perception and compare its outputs with the recorded ones.
 
-    Only stamps that perception had answered are fed: it then sees what it saw.
+    Only stamps with a recorded pose are fed, so that perception receives what it received then.
 
     Args:
         path: The bag, recorded from the beginning of a run.
-        tolerance: Largest difference of a field that counts as none.
+        tolerance: Largest difference of a field that is accepted.
         params_file: Parameters that replace those recorded in the bag.
 
     Returns:
@@ -151,54 +147,42 @@ def recompute(
     with BagReader(path) as bag:
         bag.require((*SENSORS, *OUTPUTS))
         decoder = Decoder(bag.topics[name] for name in (*SENSORS, *OUTPUTS))
-        recorded = _answers(bag)
-        stamps = recorded[POSE].keys()
+        recorded: dict[str, dict[int, bytes]] = {name: {} for name in OUTPUTS}
+        for message in bag.messages(OUTPUTS):
+            recorded[message.topic][stamp_of(message.data)] = message.data
         comparison = Recomputation(decoder, tolerance)
         with (
             _perception(bag, params_file) as feeder,
-            progress_bar('recompute', total=len(stamps)) as advance,
+            progress_bar('recompute', total=len(recorded[POSE])) as advance,
         ):
-            for stamp_ns, sensors in _sensor_sets(bag, stamps):
-                answers = feeder.ask(stamp_ns, sensors)
+            for stamp_ns, sensors in _sensor_sets(bag, recorded[POSE]):
+                answers = feeder.process(stamp_ns, sensors)
                 for name in OUTPUTS:
                     if stamp_ns in recorded[name]:
                         before = recorded[name][stamp_ns]
                         comparison.compare(name, stamp_ns, before, answers[name])
                 advance(1)
         if not all(result.compared for result in comparison.results.values()):
-            raise BagError(path, 'holds no stamp with all sensors and answers')
+            raise BagError(path, 'holds no stamp with all sensors and outputs')
         return comparison.ordered()
 
 
-def _answers(bag: BagReader) -> dict[str, dict[int, bytes]]:
-    answers: dict[str, dict[int, bytes]] = {name: {} for name in OUTPUTS}
-    for message in bag.messages(OUTPUTS):
-        answers[message.topic][stamp_of(message.data)] = message.data
-    return answers
-
-
 def _sensor_sets(
-    bag: BagReader, stamps: Mapping[int, Any] | Any
-) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """Yield the sensors of each stamp, when all of it are there, in order."""
-    collected: dict[int, dict[str, bytes]] = {}
-    last_ns = -1
+    bag: BagReader, stamps: Container[int]
+) -> Iterator[tuple[int, Mapping[str, bytes]]]:
+    """Yield the complete sensors of each stamp, in order."""
+    synchronizer = StampSynchronizer(SENSORS, depth=_INCOMPLETE_STAMPS)
     for message in bag.messages(SENSORS):
         stamp_ns = stamp_of(message.data)
-        if stamp_ns not in stamps or stamp_ns <= last_ns:
-            continue
-        collected.setdefault(stamp_ns, {})[message.topic] = message.data
-        if len(collected[stamp_ns]) == len(SENSORS):
-            last_ns = stamp_ns
-            yield stamp_ns, collected.pop(stamp_ns)
-            collected = {s: values for s, values in collected.items() if s > stamp_ns}
-        elif len(collected) > _DEPTH:
-            del collected[min(collected)]
+        if stamp_ns in stamps:
+            sensors = synchronizer.add(message.topic, stamp_ns, message.data)
+            if sensors is not None:
+                yield stamp_ns, sensors
 
 
 @contextmanager
-def _perception(bag: BagReader, params_file: Path | None) -> Iterator[Feeder]:
-    """Bring localizer and estimator up in this process, on topics of their own."""
+def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeeder]:
+    """Run localizer and estimator in this process, with all topics renamed."""
     os.environ.setdefault(_PROFILES, fast_dds_profile())
     executor: EventsExecutor | None = None
     nodes: list[Node] = []
@@ -211,11 +195,11 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[Feeder]:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
         try:
             executor = EventsExecutor()
-            feeder = Feeder(bag, executor)
+            feeder = SensorFeeder(bag, executor)
             nodes += [feeder, LandmarkLocalizerNode(), StateEstimatorNode()]
             for node in nodes:
                 executor.add_node(node)
-            feeder.connect(deaf=(BUMPERS,))
+            feeder.connect()
             yield feeder
         finally:
             if executor is not None:
@@ -232,8 +216,8 @@ def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path)
     if text is None and params_file is None:
         raise BagError(
             bag.path,
-            'does not tell the parameters of its run (made without run --record?): '
-            'give them with --params-file',
+            'holds no parameters of its run (made without run --record?): '
+            'pass them with --params-file',
         )
     layers = []
     if text is not None:
