@@ -139,9 +139,8 @@ def identify(
         pose, used = solutions.poses[best], leds[best]
         if ambiguous or (size < _TRIPLE and _another_in_view(geometry, pose, used)):
             return None
-        found = float(chi2[best]), solutions.information[best], spots[best], used
-        x_m, y_m, azimuth = pose.tolist()
-        return Fix(x_m, y_m, azimuth, *found)
+        information, (x_m, y_m, azimuth) = solutions.information[best], pose.tolist()
+        return Fix(x_m, y_m, azimuth, float(chi2[best]), information, spots[best], used)
     return None
 
 

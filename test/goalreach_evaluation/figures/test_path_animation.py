@@ -5,8 +5,8 @@ from PIL import Image, ImageSequence
 import pytest
 
 from goalreach_evaluation.figures.figure_file import write_animation
+from goalreach_evaluation.figures.paper_figures import course_tracks
 from goalreach_evaluation.figures.path_animation import Course, animate, at_constant_speed
-from goalreach_evaluation.figures.policy_figures import course_tracks
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 

@@ -1,25 +1,49 @@
-"""Every figure of the paper by its file name, and the animation of a path."""
+"""The figures of the paper, each as a function, all by their file names, and the animation.
+
+Figures 1, 4 and 5 show the state space, its transition areas and the membership functions; 2, 3, 6
+and 7 the optimal actions and paths driven by them.
+"""
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
+from collections.abc import Sequence
+from typing import Any
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+import numpy as np
+
+from goalreach_evaluation.figures.arena_axes import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    add_legend,
+    add_metre_axes,
+    arena_figure,
+    draw_borders,
+    draw_region_names,
+    region_centre_in,
+    to_inches,
+)
 from goalreach_evaluation.figures.path_animation import Animation, Course, animate
-from goalreach_evaluation.figures.policy_figures import (
-    blended_paths,
-    course_tracks,
-    crisp_paths,
-    optimal_actions,
-    recorded_paths,
-)
-from goalreach_evaluation.figures.region_figures import (
-    membership_functions,
-    state_space,
-    transition_areas,
-)
-from goalreach_evaluation.summary_file import RecordedRun
+from goalreach_evaluation.summary_file import RecordedPath, RecordedRun
+from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track
 from goalreach_learning.policy import Policy
+from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, memberships
+from goalreach_msgs_py.values import FloatArray, Pose2
+
+_LINES = ((BLUE, '-'), (VERMILION, '--'), (ORANGE, '-.'))
+_SAMPLES = 1001
+_ARROW_IN = 26.0
+_GOAL = 'goal'
 
 
 def paper_figures(
@@ -71,3 +95,153 @@ def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None)
     tracks = course_tracks(arena, policy)
     courses = [Course(label=name, points_m=track.points_m) for name, track in tracks.items()]
     return animate(arena, courses, 'From the same start, fuzzy and crisp (kinematic)')
+
+
+def state_space(arena: Arena) -> Figure:
+    """Return Fig. 1, "State Space": the nine regions."""
+    figure, axes = arena_figure(arena, 'State space: nine regions')
+    draw_borders(axes, arena)
+    draw_region_names(axes, arena, size=9)
+    add_legend(axes)
+    return figure
+
+
+def transition_areas(arena: Arena) -> Figure:
+    """Return Fig. 4, "State Space with transition areas"."""
+    figure, axes = arena_figure(arena, 'State space with transition areas')
+    width, length = to_inches(arena.width_m), to_inches(arena.length_m)
+    regions = arena.regions
+    for low in (1, 3):
+        x_low, x_high = (to_inches(k) for k in regions.x_knots_m[low : low + 2])
+        y_low, y_high = (to_inches(k) for k in regions.y_knots_m[low : low + 2])
+        style: dict[str, Any] = {'facecolor': SKY, 'alpha': 0.45, 'edgecolor': 'none', 'zorder': 2}
+        axes.add_patch(Rectangle((x_low, 0), x_high - x_low, length, **style))
+        axes.add_patch(Rectangle((0, y_low), width, y_high - y_low, **style))
+    draw_borders(axes, arena)
+    draw_region_names(axes, arena, size=7.5)
+    area = Patch(facecolor=SKY, alpha=0.6, label='transition area')
+    add_legend(axes, area)
+    return figure
+
+
+def membership_functions(arena: Arena) -> Figure:
+    """Return Fig. 5: the membership functions of X (a) and Y (b)."""
+    figure = Figure(figsize=(7.2, 6.0), layout='constrained')
+    upper, lower = figure.subplots(2, 1)
+    _draw_sets(upper, 'x', arena.regions.x_knots_m, X_LABELS)
+    _draw_sets(lower, 'y', arena.regions.y_knots_m, Y_LABELS)
+    upper.set_title('(a) Membership functions of X', fontsize=11)
+    lower.set_title('(b) Membership functions of Y', fontsize=11)
+    return figure
+
+
+def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[str, ...]) -> None:
+    values_m = np.linspace(knots_m[0], knots_m[-1], _SAMPLES)
+    mu = np.array([memberships(float(value), knots_m) for value in values_m])
+    for index, (label, (color, line)) in enumerate(zip(labels, _LINES, strict=True)):
+        axes.plot(values_m / INCH_M, mu[:, index], line, color=color, linewidth=2)
+        middle = (knots_m[2 * index] + knots_m[2 * index + 1]) / 2
+        axes.text(to_inches(middle), 1.05, label, color=color, ha='center', fontsize=9)
+    for knot in knots_m:
+        axes.axvline(to_inches(knot), color=GREY, linestyle=':', linewidth=0.9, zorder=0)
+    knots_in = [to_inches(knot) for knot in knots_m]
+    names = [f'${name}_{index}$\n{knot:.1f}' for index, knot in enumerate(knots_in)]
+    axes.set_xticks(knots_in, names)
+    axes.set_xlabel(f'{name} (in)')
+    axes.set_ylabel('membership')
+    axes.set_yticks([0, 0.5, 1])
+    axes.set_ylim(0, 1.18)
+    axes.set_xlim(to_inches(knots_m[0]), to_inches(knots_m[-1]))
+    add_metre_axes(axes, y_too=False)
+
+
+def optimal_actions(arena: Arena, policy: Policy) -> Figure:
+    """Return Fig. 2, "Optimal actions learned": one arrow per region."""
+    figure, axes = arena_figure(arena, 'Optimal actions learned')
+    draw_borders(axes, arena)
+    for i in range(3):
+        for j in range(3):
+            action = policy.greedy_action((i, j))
+            x, y = region_centre_in(arena, (i, j))
+            if action is None:
+                text = _GOAL if (i, j) == policy.regions.goal else 'not learned'
+                axes.text(x, y, text, ha='center', va='center', fontsize=11)
+                continue
+            dx, dy = (_ARROW_IN / 2 * part for part in ACTION_DIRECTIONS[action])
+            style = {'arrowstyle': '-|>', 'color': BLUE, 'linewidth': 2.6, 'mutation_scale': 20}
+            axes.annotate('', (x + dx, y + dy), (x - dx, y - dy), arrowprops=style)
+            axes.text(x, y + 23, f'{ACTIONS_DEG[action]:.0f}°', ha='center', fontsize=9)
+    add_legend(axes)
+    return figure
+
+
+def crisp_paths(arena: Arena, policy: Policy) -> Figure:
+    """Return Fig. 3, "Simulated paths": one optimal action after another."""
+    figure, axes = arena_figure(arena, 'Paths of the optimal actions (crisp, kinematic)')
+    draw_borders(axes, arena)
+    tracks = [crisp_track(arena, policy, start) for start in arena.starts]
+    _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
+    return figure
+
+
+def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
+    """Return Fig. 6, "Simulated paths with the fuzzy regions extension"."""
+    figure, axes = arena_figure(arena, f'Paths of the blended actions ({mode}, kinematic)')
+    draw_borders(axes, arena)
+
+    tracks = [_blended(arena, policy, start, mode) for start in arena.starts]
+    _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
+    return figure
+
+
+def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
+    """Return the fuzzy and the crisp track from the start whose fuzzy track is longest."""
+    tracks = {start: _blended(arena, policy, start, 'fuzzy') for start in arena.starts}
+    start, longest = max(tracks.items(), key=lambda item: item[1].length_m)
+    return {'fuzzy': longest, 'crisp': crisp_track(arena, policy, start)}
+
+
+def _blended(arena: Arena, policy: Policy, start: Pose2, mode: str) -> Track:
+    regions = policy.regions
+
+    def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return memberships(x_m, regions.x_knots_m), memberships(y_m, regions.y_knots_m)
+
+    return blended_track(arena, policy, start, mode=mode, memberships=fuzzy_state)
+
+
+def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Figure:
+    """Return Fig. 7: true paths driven with images, localizer and state in the loop.
+
+    Args:
+        arena: The arena.
+        paths: Paths of a recorded run.
+        mode: How the heading was chosen.
+    """
+    figure, axes = arena_figure(arena, f'Paths with the full sensor chain ({mode})')
+    draw_borders(axes, arena)
+    _draw_paths(axes, [(path.points_m, path.outcome) for path in paths])
+    return figure
+
+
+def _draw_paths(axes: Axes, paths: Sequence[tuple[FloatArray, str]]) -> None:
+    """Draw paths with a dot at the start and a mark of the outcome at the end."""
+    for points_m, outcome in paths:
+        points = np.asarray(points_m) / INCH_M
+        reached = outcome == _GOAL
+        color = BLUE if reached else VERMILION
+        line = '-' if reached else '--'
+        axes.plot(points[:, 0], points[:, 1], line, color=color, linewidth=1.4, zorder=4)
+        axes.plot(*points[0], 'o', color=BLACK, ms=4, zorder=5)
+        mark = '.' if reached else 'X'
+        axes.plot(*points[-1], mark, color=color, ms=7, zorder=5)
+    goals = sum(outcome == _GOAL for _, outcome in paths)
+    goal = f'goal reached: {goals} of {len(paths)}'
+    handles = [
+        Line2D([], [], color=BLACK, marker='o', ms=4, linestyle='', label='start'),
+        Line2D([], [], color=BLUE, marker='.', ms=7, label=goal),
+    ]
+    if goals < len(paths):
+        failed: dict[str, Any] = {'color': VERMILION, 'marker': 'X', 'linestyle': '--'}
+        handles.append(Line2D([], [], label='goal not reached', **failed))
+    add_legend(axes, *handles)

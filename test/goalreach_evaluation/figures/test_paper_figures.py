@@ -5,14 +5,12 @@ import numpy as np
 import pytest
 
 from goalreach_evaluation.figures.figure_file import write_figure
-from goalreach_evaluation.figures.policy_figures import (
+from goalreach_evaluation.figures.paper_figures import (
     blended_paths,
     crisp_paths,
+    membership_functions,
     optimal_actions,
     recorded_paths,
-)
-from goalreach_evaluation.figures.region_figures import (
-    membership_functions,
     state_space,
     transition_areas,
 )
