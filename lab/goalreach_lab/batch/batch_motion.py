@@ -138,7 +138,7 @@ class BatchWalls:
     def block(
         self, x_m: FloatArray, y_m: FloatArray, direction_x: FloatArray, direction_y: FloatArray
     ) -> BoolArray:
-        """Return whom a touched wall stops from moving in a direction (a unit vector)."""
+        """Return which bodies a touched wall keeps from moving in a direction (a unit vector)."""
         walls = self.walls
         blocked: BoolArray = (
             ((direction_x < -GRAZE) & (x_m - walls.low_x_m <= TOUCH_M))
@@ -161,7 +161,7 @@ class BatchWalls:
     def crossing_times(
         self, x_m: FloatArray, y_m: FloatArray, motion: BatchMotion, end_s: FloatArray
     ) -> FloatArray:
-        """Return when each body first touches one of the walls that it would be beyond at the end.
+        """Return when each body first touches a wall that it would be beyond at the end.
 
         The gap to those walls shrinks all the time. Ridders' method keeps the crossing between
         its two ends ("A new algorithm for computing a single root of a real continuous

@@ -322,11 +322,10 @@ def _label_rows(
             n=len(cells) * found['images'],
             note=f'mean {chi2:.4f}',
         ),
-        BenchRow(
-            name=f'{noise} px: images labelled wrongly',
+        BenchRow.none_allowed(
+            f'{noise} px: images labelled wrongly',
+            sum(cell['wrongly_labelled'] for cell in cells),
             unit='images',
-            ours=sum(cell['wrongly_labelled'] for cell in cells),
-            goal=Goal(of='ours', relation='<=', bound=0.0),
             n=len(cells) * found['labelled'],
             note=f'{unlabelled:.0f} reported as ambiguous or without a fit',
         ),

@@ -11,7 +11,7 @@ import numpy as np
 
 from goalreach_lab.localization.frame_log import WRONG_IN, FrameLog, percentiles
 from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot
-from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.noise import noise_preset
@@ -97,21 +97,18 @@ def _rows(kidnaps: Sequence[dict[str, float]]) -> list[BenchRow]:
     late_s = percentiles(times_s[found])
     trusted_s = np.array([one['trusted_s'] for one in kidnaps])
     again = [one for one in kidnaps if one['wrong_again'] > 0.0]
-    none = Goal(of='ours', relation='<=', bound=0.0)
     longer = 100.0 * (trusted_s > 1.5 / FRAMES_PER_S).mean()
     return [
-        BenchRow(
-            name='kidnapped robots that did not relocalize',
+        BenchRow.none_allowed(
+            'kidnapped robots that did not relocalize',
+            int((~found).sum()),
             unit='robots',
-            ours=int((~found).sum()),
-            goal=none,
             n=len(kidnaps),
         ),
-        BenchRow(
-            name='kidnapped robots that trusted another wrong pose',
+        BenchRow.none_allowed(
+            'kidnapped robots that trusted another wrong pose',
+            len(again),
             unit='robots',
-            ours=len(again),
-            goal=none,
             n=len(kidnaps),
             note=_describe(again),
         ),
