@@ -43,3 +43,20 @@ def test_a_document_is_written(tmp_path: Path) -> None:
 
 def test_a_table_by_hand() -> None:
     assert table(('a', 'b'), [(1, 2)]) == '| a | b |\n| --- | --- |\n| 1 | 2 |'
+
+
+@pytest.mark.parametrize(
+    ('template', 'document'),
+    [
+        ('faults/faults.md', 'docs/FAULTS.md'),
+        ('localization/localization.md', 'docs/LOCALIZATION.md'),
+        ('reproduction/reproduction.md', 'REPRODUCTION.md'),
+    ],
+)
+def test_documents_hold_the_text_of_their_templates(template: str, document: str) -> None:
+    root = Path(__file__).resolve().parents[2]
+    text = (root / document).read_text(encoding='utf-8')
+    paragraphs = (root / 'lab' / 'goalreach_lab' / template).read_text(encoding='utf-8')
+    fixed = [one for one in paragraphs.split('\n\n') if '$' not in one]
+    assert [one for one in fixed if one.strip() not in text] == []
+    assert len(fixed) > 3

@@ -146,4 +146,4 @@ def _write(
         **{part: bench_table(rows[part]) if part in rows else None for part in PARTS},
         **links(out, options.figures),
     }
-    write_document(out, Path(__file__).with_name('document.md'), values)
+    write_document(out, Path(__file__).with_name('localization.md'), values)

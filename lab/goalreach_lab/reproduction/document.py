@@ -1,4 +1,4 @@
-"""The tables and figures of REPRODUCTION.md; its text is in `document.md`."""
+"""The tables and figures of REPRODUCTION.md; its text is in `reproduction.md`."""
 
 from __future__ import annotations
 

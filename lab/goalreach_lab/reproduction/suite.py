@@ -78,7 +78,7 @@ def execute(options: Options) -> list[BenchRow]:
         **document.parameter_values(),
     }
     if options.out is not None:
-        write_document(options.out, Path(__file__).with_name('document.md'), values)
+        write_document(options.out, Path(__file__).with_name('reproduction.md'), values)
     return _rows(driven)
 
 
