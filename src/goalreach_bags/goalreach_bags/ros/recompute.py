@@ -26,10 +26,10 @@ from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
-from goalreach_msgs_py.synchronizer import StampSynchronizer
 from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
