@@ -31,7 +31,7 @@ def test_an_agent_trains_on_a_small_budget(
     assert len(example.successes(agent, observation=observation)) == 22
 
 
-def test_the_command_tells_how_many_starts_reach_the_goal(
+def test_the_command_prints_how_many_starts_reach_the_goal(
     example: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert example.main(['--agent', 'dqn', '--steps', '50']) == 1

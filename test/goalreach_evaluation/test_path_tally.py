@@ -1,4 +1,4 @@
-"""What is told of many paths."""
+"""Statistics over many paths."""
 
 import pytest
 
@@ -22,8 +22,8 @@ def path(outcome: str, duration_s: float, p95_m: float) -> PathResult:
 def test_two_paths() -> None:
     tally = PathTally.of([path('goal', 10.0, 0.02), path('bump', 4.0, 0.04)])
     assert (tally.paths, tally.goals) == (2, 1)
-    told = {name: (tally.mean(name), spread.worst) for name, spread in tally.spreads.items()}
-    assert told == {
+    found = {name: (tally.mean(name), spread.worst) for name, spread in tally.spreads.items()}
+    assert found == {
         'duration_s': pytest.approx((7.0, 10.0)),
         'length_m': pytest.approx((21.0, 30.0)),
         'turning_rad': pytest.approx((0.5, 0.5)),

@@ -20,11 +20,11 @@ ARENA = Arena()
         (13.0, (0.0, 1.0)),
     ],
 )
-def test_round_a_rectangle_of_3_by_4(along_m: float, point: tuple[float, float]) -> None:
+def test_points_on_a_rectangle_of_3_by_4(along_m: float, point: tuple[float, float]) -> None:
     assert _on_rectangle(along_m, 3.0, 4.0) == pytest.approx(point)
 
 
-def test_border_starts_stand_a_hand_from_every_wall() -> None:
+def test_border_starts_keep_their_clearance_from_every_wall() -> None:
     starts = border_starts(ARENA, 400, np.random.default_rng(0))
     nearest = []
     for start in starts:
@@ -36,7 +36,7 @@ def test_border_starts_stand_a_hand_from_every_wall() -> None:
     assert min(np.bincount(nearest)) > 400 * 0.08  # the goal wall loses its middle to the goal
 
 
-def test_the_word_chooses() -> None:
+def test_starts_by_word() -> None:
     assert choose_starts('paper', ARENA, 0) == ARENA.starts
     assert len(choose_starts('random:3', ARENA, 0)) == 3
     assert choose_starts('border:3', ARENA, 5) == border_starts(ARENA, 3, np.random.default_rng(5))

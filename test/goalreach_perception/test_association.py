@@ -69,26 +69,26 @@ def test_three_leds_in_any_order(x_m: float, y_m: float, order: list[int]) -> No
     assert math.remainder(fix.azimuth_rad - azimuth, math.tau) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_spurious_light_is_left_over() -> None:
+def test_a_spurious_spot_is_left_unassigned() -> None:
     pixels = np.concatenate([[[100.0, 80.0]], view(1.3, 3.5, -1.5)])
     fix = solve(pixels)
     assert fix is not None
     assert (fix.spots.tolist(), fix.leds.tolist()) == ([1, 2, 3], [0, 1, 2])
 
 
-def test_two_leds_tell_the_pose_where_no_other_answer_fits() -> None:
+def test_two_leds_determine_the_pose_if_no_other_solution_fits() -> None:
     fix = solve(view(1.5, 1.6, -1.3)[[1, 2]])
     assert fix is not None
     assert fix.leds.tolist() == [1, 2]
     assert (fix.x_m, fix.y_m) == pytest.approx((1.5, 1.6), abs=1e-5)
 
 
-def test_one_light_or_none_tells_nothing() -> None:
+def test_one_spot_or_none_gives_no_fix() -> None:
     assert solve(view(1.5, 1.6, -1.3)[:1]) is None
     assert solve(np.empty((0, 2))) is None
 
 
-def test_lights_that_fit_no_pose_are_refused() -> None:
+def test_spots_that_fit_no_pose_give_no_fix() -> None:
     assert solve(np.array([[100.0, 100.0], [110.0, 400.0], [500.0, 50.0]])) is None
 
 
@@ -96,7 +96,7 @@ def test_a_pose_outside_the_walls_is_refused() -> None:
     assert solve(view(1.778, 6.5, -math.pi / 2)) is None
 
 
-def test_an_arrangement_that_looks_alike_from_two_places_is_ambiguous() -> None:
+def test_an_arrangement_with_the_same_image_from_two_poses_is_ambiguous() -> None:
     # An equilateral triangle of equal LEDs around the middle of the arena: each third of a turn
     # looks the same.
     turns = np.array([0.0, 2.0, 4.0]) * math.pi / 3.0

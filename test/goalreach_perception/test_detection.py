@@ -21,13 +21,13 @@ def test_a_spot_in_a_window_and_in_the_whole_frame() -> None:
 
 @given(st.floats(20.0, 620.0), st.floats(20.0, 460.0), st.floats(60.0, 2000.0))
 @settings(max_examples=25, deadline=None)
-def test_places_are_as_good_as_claimed_even_saturated(u: float, v: float, peak: float) -> None:
+def test_centres_have_the_stated_error_even_if_saturated(u: float, v: float, peak: float) -> None:
     spots = DETECTOR.in_frame(spot_image([(u, v, peak)]))
     assert spots.led_like == [True]
     assert np.abs(spots.pixels_px[0] - [u, v]).max() < 4.0 * spots.sigmas_px[0]
 
 
-def test_the_claimed_error_is_that_of_a_noisy_dim_spot() -> None:
+def test_the_stated_error_is_that_of_a_noisy_dim_spot() -> None:
     rng = np.random.default_rng(1)
     errors = []
     for _ in range(60):
@@ -39,7 +39,7 @@ def test_the_claimed_error_is_that_of_a_noisy_dim_spot() -> None:
     assert 0.6 * spots.sigmas_px[0] < rms_px < 1.2 * spots.sigmas_px[0]
 
 
-def test_spots_come_brightest_first_and_not_more_than_asked_for() -> None:
+def test_spots_are_sorted_by_brightness_up_to_a_count() -> None:
     places = [(50.0 + 70.0 * k, 200.0, 40.0 + 15.0 * k) for k in range(7)]
     spots = DETECTOR.in_frame(spot_image(places))
     assert len(spots.peaks_dn) == 5
@@ -47,7 +47,7 @@ def test_spots_come_brightest_first_and_not_more_than_asked_for() -> None:
     assert spots.pixels_px[0] == pytest.approx(places[6][:2], abs=0.05)
 
 
-def test_the_second_brightest_where_the_brightest_is_to_be_passed_over() -> None:
+def test_the_second_brightest_spot_if_the_brightest_is_skipped() -> None:
     image = spot_image([(300.0, 200.0, 200.0), (320.0, 205.0, 90.0)])
     first = DETECTOR.in_windows(image, [(310.0, 200.0)], [25])
     second = DETECTOR.in_windows(image, [(310.0, 200.0)], [25], skip_px=first.pixels_px.tolist())
@@ -55,7 +55,7 @@ def test_the_second_brightest_where_the_brightest_is_to_be_passed_over() -> None
     assert second.pixels_px[0] == pytest.approx([320.0, 205.0], abs=0.05)
 
 
-def test_what_is_no_point_of_light_is_left_out() -> None:
+def test_other_lights_than_points_are_rejected() -> None:
     hot = spot_image([])
     hot[200, 300] = 200
     wide = spot_image([(300.0, 200.0, 120.0)], sigma_px=3.0)
@@ -67,7 +67,9 @@ def test_what_is_no_point_of_light_is_left_out() -> None:
 
 
 @pytest.mark.parametrize(('u_px', 'whole'), [(4.0, False), (5.0, False), (10.0, True)])
-def test_a_wide_saturated_spot_is_cut_further_from_the_border(u_px: float, *, whole: bool) -> None:
+def test_a_wide_saturated_spot_needs_more_distance_from_the_border(
+    u_px: float, *, whole: bool
+) -> None:
     image = spot_image([(u_px, 200.0, 40000.0)], sigma_px=1.4)
     spots = DETECTOR.in_windows(image, [(u_px, 200.0)], [20])
     assert spots.led_like == [whole]

@@ -19,8 +19,8 @@ REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
 LED_PLACES = Arena().landmark_array_m
 
 
-def test_landmarks_abeam_send_the_turret_all_the_way_and_pan_to_its_end() -> None:
-    # Facing +x at (0, 2, 1) with LEDs around (0, 0, 1): 90 deg to the right, none of it done yet.
+def test_for_landmarks_abeam_turret_and_pan_share_the_turn() -> None:
+    # Facing +x at (0, 2, 1) with LEDs around (0, 0, 1): 90 deg to the right, not begun yet.
     offsets = [[-0.1, -2.0, 0.0], [0.1, -2.0, 0.0], [0.0, -2.0, 0.0]]
     command = HeadTracker(HeadConfig()).track(
         REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.0, 0.0), lens=LENS
@@ -30,7 +30,7 @@ def test_landmarks_abeam_send_the_turret_all_the_way_and_pan_to_its_end() -> Non
     assert command.tilt_rad == pytest.approx(0.0, abs=1e-12)
 
 
-def test_biases_are_taken_off_what_the_encoders_shall_read() -> None:
+def test_biases_are_subtracted_from_the_targets() -> None:
     offsets = [[2.0, 0.1, 0.2], [2.0, -0.1, 0.2], [2.0, 0.0, 0.2]]
     command = HeadTracker(HeadConfig()).track(
         REST, heading_rad=0.0, offsets_m=offsets, biases_rad=(0.01, 0.02), lens=LENS
@@ -39,7 +39,7 @@ def test_biases_are_taken_off_what_the_encoders_shall_read() -> None:
     assert command.tilt_rad == pytest.approx(math.atan2(0.2, 2.0) - 0.02, abs=1e-3)
 
 
-def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
+def test_pan_compensates_the_lag_of_the_turret() -> None:
     tracker = HeadTracker(HeadConfig())
     offsets = [[2.0, 0.1, 0.0], [2.0, -0.1, 0.0], [2.0, 0.0, 0.0]]
     arguments: dict[str, Any] = {
@@ -55,7 +55,7 @@ def test_pan_makes_up_for_a_turret_that_is_on_its_way() -> None:
     assert command.pan_rad == pytest.approx(-0.45 + 0.05)
 
 
-def test_leds_to_hold_are_centred_though_a_wider_pair_would_fit() -> None:
+def test_leds_to_hold_are_centred_even_if_a_wider_pair_fits() -> None:
     offsets = [[2.0, 0.9, 0.0], [2.0, 0.1, 0.0], [2.0, -0.9, 0.0]]
     command = HeadTracker(HeadConfig()).track(
         REST,
@@ -91,7 +91,7 @@ def test_two_are_in_the_image_nearer_than_that(x_m: float, y_m: float) -> None:
     assert inside.sum() >= 2
 
 
-def test_the_search_sees_every_azimuth() -> None:
+def test_the_search_covers_every_azimuth() -> None:
     # A robot whose pan turns 90 deg/s and whose turret speeds up by 30 deg/s^2 to 90 deg/s.
     tracker = HeadTracker(HeadConfig())
     dt, turret, pan, speed = 0.04, 0.0, 0.0, 0.0
@@ -108,7 +108,7 @@ def test_the_search_sees_every_azimuth() -> None:
     assert len(seen) == 360
 
 
-def test_the_search_looks_higher_every_other_turn() -> None:
+def test_the_search_tilts_higher_every_other_turn() -> None:
     tracker = HeadTracker(HeadConfig())
     tilts = [
         tracker.search(

@@ -1,4 +1,4 @@
-"""A camera that repeats itself while its robot moves."""
+"""A camera that repeats its image while the robot moves."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def test_the_same_image_is_refused_once_the_head_has_turned() -> None:
     assert camera.fault(LIT.copy(), turned, at(2.0))
 
 
-def test_a_dark_image_without_noise_is_like_every_other() -> None:
+def test_dark_images_without_noise_are_accepted() -> None:
     camera = FrozenImageDetector()
     camera.fault(DARK, HEAD, at(2.0))
     assert not camera.fault(DARK.copy(), HEAD, at(3.0))

@@ -149,7 +149,7 @@ def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> No
     assert bench.node._inputs.missing[ODOM] > 0
 
 
-def test_viewers_get_a_dot_for_each_led_seen(bench: Bench) -> None:
+def test_viewers_get_a_dot_for_each_detected_led(bench: Bench) -> None:
     seen = Publisher()
     bench.node._landmarks = seen
     heard: list[ImageMarker] = []

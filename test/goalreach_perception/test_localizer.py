@@ -57,7 +57,7 @@ def test_nominal_drives_stay_within_1_3_inches_and_half_a_degree() -> None:
     assert 0.5 < float(np.mean(nees)) < 6.0
 
 
-def test_a_kidnapped_robot_is_found_again_and_never_believed_elsewhere() -> None:
+def test_a_kidnapped_robot_is_relocalized_and_no_wrong_pose_is_published() -> None:
     drive = Drive(7)
     for _ in range(12):
         drive.kidnap()
@@ -69,7 +69,7 @@ def test_a_kidnapped_robot_is_found_again_and_never_believed_elsewhere() -> None
             assert nees < 40.0 or position_error_m(step) < 0.1
 
 
-def test_a_perfect_machine_is_localized_almost_perfectly() -> None:
+def test_without_noise_the_pose_is_nearly_exact() -> None:
     steps = tracked(list(Drive(3, noise='none').run(400)))
     assert np.percentile([position_error_m(step) / INCH_M for step in steps], 95) < 0.25
 
@@ -95,14 +95,14 @@ def process(localizer: LandmarkLocalizer, frame: SensorFrame, **change: object) 
 
 
 def started() -> LandmarkLocalizer:
-    """Return a localizer that has seen the first frame often enough to believe it."""
+    """Return a localizer that has confirmed the pose of the first frame."""
     localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
     process(localizer, frame, time_ns=0)
     process(localizer, frame, time_ns=500)
     return localizer
 
 
-def test_the_second_image_with_three_leds_tells_the_pose() -> None:
+def test_the_second_image_with_three_leds_determines_the_pose() -> None:
     frame = first_frame()
     localizer = LandmarkLocalizer(LocalizerConfig())
     assert process(localizer, frame, time_ns=0).mode == 'confirming'
@@ -114,13 +114,13 @@ def test_the_second_image_with_three_leds_tells_the_pose() -> None:
     assert output.diagnostics['acquired'] == 1
 
 
-def test_the_same_stamp_gets_the_same_answer() -> None:
+def test_the_same_stamp_gives_the_same_output() -> None:
     localizer, frame = LandmarkLocalizer(LocalizerConfig()), first_frame()
     output = process(localizer, frame)
     assert process(localizer, frame) is output
 
 
-def test_before_a_fix_the_pose_is_anywhere() -> None:
+def test_before_a_fix_the_pose_is_uniform_over_the_arena() -> None:
     dark = np.full((480, 640), 10, dtype=np.uint8)
     output = process(LandmarkLocalizer(LocalizerConfig()), first_frame(), image=dark)
     assert output.mode == 'searching'
@@ -149,7 +149,7 @@ NAN_ODOMETRY = Odometry(
         ({'time_ns': 5}, 'time: 5 ns is before'),
     ],
 )
-def test_unusable_inputs_are_refused_and_the_next_good_one_is_used(
+def test_invalid_inputs_are_refused_and_the_next_good_one_is_used(
     change: dict[str, object], reason: str
 ) -> None:
     localizer, frame = started(), first_frame()
@@ -165,7 +165,7 @@ def test_unusable_inputs_are_refused_and_the_next_good_one_is_used(
 
 
 @pytest.mark.parametrize('kind', ['black', 'white', 'noise', 'uniform'])
-def test_images_without_leds_end_a_pose(kind: str) -> None:
+def test_images_without_leds_lose_the_pose(kind: str) -> None:
     rng = np.random.default_rng(0)
     localizer, frame = started(), first_frame()
     assert process(localizer, frame, time_ns=1000).mode == 'tracking'
@@ -184,7 +184,7 @@ def test_images_without_leds_end_a_pose(kind: str) -> None:
     assert output.mode == 'searching'
 
 
-def test_odometry_that_jumps_ends_a_pose_at_once() -> None:
+def test_a_jump_of_the_odometry_loses_the_pose_at_once() -> None:
     localizer, frame = started(), first_frame()
     jumped = dataclasses.replace(frame.odometry, pose=Pose2(x_m=9.0, y_m=9.0, heading_rad=0.0))
     dark = np.full((480, 640), 10, dtype=np.uint8)
@@ -193,8 +193,8 @@ def test_odometry_that_jumps_ends_a_pose_at_once() -> None:
     assert not is_good(output)
 
 
-def test_a_wrong_filter_gives_way_to_what_single_images_say() -> None:
-    # The filter is told, with great confidence, of a pose a hand's breadth away.
+def test_a_wrong_filter_restarts_from_single_images() -> None:
+    # The filter starts, overconfident, at a pose ten centimetres off.
     localizer, frame = started(), first_frame()
     wrong = Pose2(x_m=1.9, y_m=3.4, heading_rad=-math.pi / 2)
     localizer.filter.start(wrong, 1e-8 * np.eye(3))
@@ -204,7 +204,7 @@ def test_a_wrong_filter_gives_way_to_what_single_images_say() -> None:
     assert outputs[-1].counters.lost + outputs[-1].counters.acquired >= 2
 
 
-def test_calibration_makes_a_long_drive_better() -> None:
+def test_calibration_reduces_the_error_of_a_long_drive() -> None:
     taught: list[float] = []
     untaught: list[float] = []
     for seed in range(1, 7):

@@ -48,7 +48,7 @@ def test_pixels_of_a_camera_that_faces_the_goal_wall() -> None:
     assert found.depth_m == pytest.approx([2.0, 2.0, 1.5])
 
 
-def test_a_point_behind_the_camera_is_held_at_the_least_depth() -> None:
+def test_a_point_behind_the_camera_has_the_minimum_depth() -> None:
     found = project(np.array([[0.0, 1.0, 0.0]]), optical_rotation(-math.pi / 2, 0.0), LENS)
     assert found.depth_m[0] == pytest.approx(0.05)
 
@@ -81,7 +81,7 @@ def test_the_jacobian_is_the_derivative(
         assert jacobian[:, column] / scale == pytest.approx(numeric, rel=1e-5, abs=1e-3)
 
 
-def test_batches_give_what_single_views_give() -> None:
+def test_batches_equal_single_views() -> None:
     offsets = np.stack([LED_PLACES - [1.0, 2.0, 1.0], LED_PLACES - [1.5, 3.0, 1.0]])
     rotations = np.stack([optical_rotation(-1.5, 0.1), optical_rotation(-1.4, 0.2)])
     together = project(offsets, rotations, LENS)

@@ -25,7 +25,7 @@ LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.p
 LEDS_M = Arena().landmark_array_m
 
 
-def test_offsets_are_places_less_the_camera() -> None:
+def test_offsets_are_positions_minus_the_camera() -> None:
     assert offsets_from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 1.0, 1.0, 1.0) == [
         (0.0, 1.0, 2.0),
         (3.0, 4.0, 5.0),
@@ -40,7 +40,7 @@ def test_offsets_are_places_less_the_camera() -> None:
     st.floats(-0.01, 0.01),
 )
 @settings(max_examples=60, deadline=None)
-def test_it_is_the_measurement_model(
+def test_it_equals_the_measurement_model(
     x_m: float, y_m: float, azimuth: float, tilt: float, focal: float
 ) -> None:
     offsets = LEDS_M - np.array([x_m, y_m, 1.1])
@@ -58,7 +58,7 @@ def test_it_is_the_measurement_model(
     assert by_head == pytest.approx(jacobian[:, [PAN_BIAS, TILT_BIAS]])
 
 
-def test_only_turn_and_size_look_at_the_first_estimates() -> None:
+def test_only_heading_and_scale_are_linearized_at_the_first_estimates() -> None:
     offsets = LEDS_M - np.array([1.5, 2.5, 1.1])
     first = offsets + np.array([0.01, -0.02, 0.03])
     view = View(-1.6, 0.2, LENS, 0.0)
@@ -68,7 +68,7 @@ def test_only_turn_and_size_look_at_the_first_estimates() -> None:
     turns = now.by_state - then
     assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS, SCALE]
     assert later.by_head == pytest.approx(now.by_head)
-    # A turn of LED and camera about the camera's foot moves no pixel: u_x (-y) + u_y x + turn = 0.
+    # A rotation about the point below the camera moves no pixel: u_x (-y) + u_y x + turn = 0.
     for led in range(3):
         x, y, _ = first[led]
         rows = then[2 * led : 2 * led + 2]

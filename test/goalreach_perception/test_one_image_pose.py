@@ -50,7 +50,7 @@ def solve_noisy(sigma_px: float, count: int, pose: tuple[float, float, float]) -
     )
 
 
-def test_the_pose_behind_noiseless_pixels() -> None:
+def test_noiseless_pixels_give_the_exact_pose() -> None:
     pose = (1.2, 3.0, -1.4)
     found = solve_poses(
         geometry(3),
@@ -76,7 +76,7 @@ def test_errors_reach_the_bound_and_chi_square_is_three(
     claimed = np.linalg.inv(found.information[0])
     assert rms_m == pytest.approx(math.sqrt(claimed[0, 0] + claimed[1, 1]), rel=0.06)
     assert found.chi2.mean() == pytest.approx(3.0, abs=0.1)
-    # The bound looks at the LEDs with a tilt of its own, which hardly matters.
+    # The bound is computed at a slightly different tilt, which hardly matters.
     bound = one_image_bound(
         x_m,
         y_m,
@@ -88,7 +88,7 @@ def test_errors_reach_the_bound_and_chi_square_is_three(
     assert rms_m == pytest.approx(bound.position_sigma_m, rel=0.05)
 
 
-def test_what_is_not_known_for_certain_weakens_the_pixels() -> None:
+def test_uncertain_constants_reduce_the_weights_of_the_pixels() -> None:
     nuisance = np.zeros((LEDS + 9, LEDS + 9))
     nuisance[TILT_BIAS, TILT_BIAS] = 0.003**2
     nuisance[HEIGHT, HEIGHT] = 0.006**2

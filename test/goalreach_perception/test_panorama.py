@@ -25,7 +25,7 @@ def add(panorama: Panorama, pan_rad: float, place: Pose2 = HERE, du_px: float = 
     )
 
 
-def test_two_lights_of_two_looks_make_a_panorama() -> None:
+def test_two_spots_of_two_directions_make_a_panorama() -> None:
     panorama = Panorama(0.001)
     gained = [add(panorama, pan) for pan in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)]
     assert gained == [False] * 3 + [True] * 3
@@ -36,14 +36,14 @@ def test_two_lights_of_two_looks_make_a_panorama() -> None:
     assert found.sigmas_px == pytest.approx(np.hypot(0.1, 0.5543), abs=1e-3)
 
 
-def test_a_light_seen_twice_is_not_used() -> None:
+def test_a_spot_of_two_images_is_not_used() -> None:
     panorama = Panorama(0.001)
     for pan in (0.0, 0.0, 1.0, 1.0, 1.0):
         add(panorama, pan)
     assert len(panorama.frequent_spots(5).turns_rad) == 1
 
 
-def test_one_light_seen_from_two_angles_of_the_head_is_one() -> None:
+def test_one_spot_at_two_angles_of_the_head_is_one() -> None:
     panorama = Panorama(0.001)
     add(panorama, 0.0)
     add(panorama, 0.0)
@@ -53,7 +53,7 @@ def test_one_light_seen_from_two_angles_of_the_head_is_one() -> None:
     assert len(panorama.frequent_spots(5).turns_rad) == 1
 
 
-def test_a_robot_that_moved_begins_anew_but_steering_does_not_matter() -> None:
+def test_driving_discards_the_panorama_and_steering_does_not() -> None:
     panorama = Panorama(0.001)
     add(panorama, 0.0)
     add(panorama, 0.0)
@@ -63,7 +63,7 @@ def test_a_robot_that_moved_begins_anew_but_steering_does_not_matter() -> None:
     assert len(panorama.frequent_spots(5).turns_rad) == 0
 
 
-def test_no_more_lights_than_asked_for_the_most_seen_first() -> None:
+def test_the_most_frequent_spots_come_first_up_to_a_count() -> None:
     panorama = Panorama(0.001)
     for pan, times in ((0.0, 3), (0.5, 5), (1.0, 4)):
         for _ in range(times):

@@ -39,7 +39,7 @@ def seen_from(state: PoseFilter, offset_px: FloatArray | float = 0.0) -> FloatAr
     return state.predict_leds(LENS, JOINTS).pixels_px + offset_px
 
 
-def test_a_metre_straight_on_faces_where_the_map_heading_points() -> None:
+def test_a_metre_straight_ahead_follows_the_map_heading() -> None:
     state = started()
     state.predict(ORIGIN, Pose2(x_m=1.0, y_m=0.0, heading_rad=0.0))
     assert state.pose.x_m == pytest.approx(1.7)
@@ -47,7 +47,7 @@ def test_a_metre_straight_on_faces_where_the_map_heading_points() -> None:
     assert state.pose.heading_rad == pytest.approx(-math.pi / 2)
 
 
-def test_what_a_metre_adds_to_the_uncertainty() -> None:
+def test_process_noise_of_a_metre() -> None:
     state = started(sigma_m=0.0, sigma_rad=0.02)
     state.predict(ORIGIN, Pose2(x_m=1.0, y_m=0.0, heading_rad=0.0))
     noise, config = NoiseModel(), FilterConfig()
@@ -74,7 +74,7 @@ def test_turning_on_the_spot_adds_no_uncertainty() -> None:
     assert np.array_equal(state.covariance, before)
 
 
-def test_pixels_where_expected_leave_the_mean_and_shrink_the_covariance() -> None:
+def test_predicted_pixels_leave_the_mean_and_shrink_the_covariance() -> None:
     state = started()
     before = state.mean.copy(), np.trace(state.covariance[:2, :2])
     distance2 = state.correct(
@@ -85,7 +85,7 @@ def test_pixels_where_expected_leave_the_mean_and_shrink_the_covariance() -> Non
     assert np.trace(state.covariance[:2, :2]) < 0.05 * before[1]
 
 
-def test_a_wrong_pose_is_corrected_by_what_the_true_one_sees() -> None:
+def test_a_wrong_pose_is_corrected_by_the_pixels_of_the_true_one() -> None:
     truth = started()
     seen = seen_from(truth)
     state = started(sigma_m=0.3, sigma_rad=0.1)
@@ -96,7 +96,7 @@ def test_a_wrong_pose_is_corrected_by_what_the_true_one_sees() -> None:
     assert state.mean[2] + state.mean[PAN_BIAS] == pytest.approx(-math.pi / 2, abs=0.005)
 
 
-def test_considered_states_are_never_corrected_but_always_counted() -> None:
+def test_considered_states_are_never_corrected_but_keep_their_uncertainty() -> None:
     state = started()
     mean, block = state.mean[HEIGHT:].copy(), state.covariance[HEIGHT:, HEIGHT:].copy()
     for _ in range(200):
@@ -120,7 +120,7 @@ def test_calibration_learns_what_considering_does_not() -> None:
     assert (learnt < considering.covariance.diagonal()[HEIGHT:]).all()
 
 
-def test_pixels_far_from_where_expected_change_nothing() -> None:
+def test_pixels_outside_the_gate_change_nothing() -> None:
     state = started()
     before = state.mean.copy(), state.covariance.copy()
     pixels = seen_from(state)
@@ -180,7 +180,7 @@ def test_a_new_start_keeps_the_biases_and_drops_their_correlation_with_the_pose(
     assert not state.covariance[:3, 3:].any()
 
 
-def test_what_was_learnt_fades_to_what_was_known_at_the_start() -> None:
+def test_calibration_fades_to_the_prior() -> None:
     state = started(calibrate=True)
     prior = state.covariance.diagonal()[PAN_BIAS:].copy()
     for _ in range(20):
@@ -196,7 +196,7 @@ def test_what_was_learnt_fades_to_what_was_known_at_the_start() -> None:
     assert state.covariance.diagonal()[PAN_BIAS:] == pytest.approx(prior)
 
 
-def test_considered_states_are_not_forgotten() -> None:
+def test_considered_states_do_not_fade() -> None:
     state = started()
     before = state.covariance[HEIGHT:, HEIGHT:].copy()
     state.fade(100.0)
@@ -204,10 +204,10 @@ def test_considered_states_are_not_forgotten() -> None:
 
 
 @pytest.mark.parametrize('larger', [False, True])
-def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: bool) -> None:
-    # Turned by d about the origin: a place by (-y, x) d, a heading by d; larger by d: a place by
-    # (x, y, z) d, the height of the camera and the scale of odometry too. Images of a robot that
-    # drives and corrects itself must leave what is known of that direction as it was, or less.
+def test_rotation_and_scale_of_robot_and_leds_are_unobservable(*, larger: bool) -> None:
+    # A rotation by d about the origin moves a position by (-y, x) d and a heading by d; a change
+    # of scale by d moves a position by (x, y, z) d, camera height and odometry scale included.
+    # Images of a driving robot must not increase the information in that direction.
     state = started(sigma_m=0.05, sigma_rad=0.05, calibrate=True)
     rng = np.random.default_rng(3)
     surveyed_m = Arena().landmark_array_m
@@ -233,14 +233,14 @@ def test_no_image_tells_whether_robot_and_leds_are_turned_or_larger(*, larger: b
     assert known() <= begin * (1.0 + 1e-6)
 
 
-def test_after_a_rough_start_a_pose_is_said_to_be_less_sure() -> None:
+def test_a_coarse_start_inflates_the_covariance() -> None:
     state = started()
     sure = state.pose_covariance
     state.start(START, state.covariance[:3, :3].copy(), coarse=True)
     assert state.pose_covariance == pytest.approx(1.7 * sure)
 
 
-def test_what_a_rough_pose_taught_is_forgotten_when_it_is_begun_anew() -> None:
+def test_restore_discards_the_corrections_since_a_coarse_start() -> None:
     state = started(calibrate=True)
     before = state.mean[PAN_BIAS:].copy(), state.covariance[PAN_BIAS:, PAN_BIAS:].copy()
     state.correct(state.predict_leds(LENS, JOINTS), ALL, seen_from(state, 0.8), np.full(3, 0.1))

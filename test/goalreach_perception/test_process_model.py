@@ -19,7 +19,7 @@ def test_after_one_time_constant() -> None:
     assert covariance == pytest.approx(np.diag([0.5 * kept**2 + 4.0 * (1.0 - kept**2), 0.3]))
 
 
-def test_two_halves_are_the_whole() -> None:
+def test_two_half_steps_equal_one() -> None:
     start = np.array([2.0, 7.0]), np.array([[0.5, 0.1], [0.1, 0.3]])
     once = MEMORY.fade(*start, 4.0)
     twice = MEMORY.fade(*MEMORY.fade(*start, 2.0), 2.0)
@@ -27,7 +27,7 @@ def test_two_halves_are_the_whole() -> None:
     assert twice[1] == pytest.approx(once[1])
 
 
-def test_for_ever_is_the_prior() -> None:
+def test_an_infinite_time_restores_the_prior() -> None:
     mean, covariance = MEMORY.fade(np.array([2.0, 7.0]), np.diag([0.5, 0.3]), math.inf)
     assert mean == pytest.approx([1.0, 7.0])
     assert covariance == pytest.approx(np.diag([4.0, 0.3]))

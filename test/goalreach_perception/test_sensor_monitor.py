@@ -45,13 +45,13 @@ def reported(
     return lines
 
 
-def test_an_led_that_should_be_seen_and_is_not_is_reported() -> None:
+def test_a_predicted_led_that_is_not_detected_is_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     assert reported(monitor, 11, seen=False) == []
     assert reported(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
 
 
-def test_an_led_that_is_seen_again_is_not_reported() -> None:
+def test_an_led_that_is_detected_again_is_not_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     assert reported(monitor, 11, seen=False) + reported(monitor, 1, seen=True) == []
     assert reported(monitor, 11, seen=False) == []

@@ -90,7 +90,7 @@ def test_probability_within_one_sigma_of_both_axes() -> None:
     assert probability_in_rectangle((0.0, 0.0), np.eye(2), box) == pytest.approx(0.46606, abs=1e-5)
 
 
-def test_probability_is_zero_where_nothing_is_known() -> None:
+def test_probability_is_zero_if_not_finite() -> None:
     box = (-1.0, -1.0, 1.0, 1.0)
     assert probability_in_rectangle((math.nan, 0.0), np.eye(2), box) == 0.0
     assert probability_in_rectangle((0.0, 0.0), np.full((2, 2), np.nan), box) == 0.0

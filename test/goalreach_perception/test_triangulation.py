@@ -34,7 +34,7 @@ def test_two_leds_in_one_direction_do_not_matter() -> None:
 
 @given(st.floats(0.2, 3.4), st.floats(0.8, 5.0), st.floats(-3.1, 3.1), st.permutations([0, 1, 2]))
 @settings(max_examples=100, deadline=None)
-def test_both_guesses_are_exact_where_nothing_is_noisy(
+def test_both_guesses_are_exact_without_noise(
     x_m: float, y_m: float, azimuth: float, order: list[int]
 ) -> None:
     places = np.array([[0.889, 1.778 + 0.508j, 2.667]])[:, order]
@@ -47,7 +47,7 @@ def test_both_guesses_are_exact_where_nothing_is_noisy(
     assert align(places[:, :2], seen[:, :2])[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_level_ray_is_followed_to_the_height_of_its_led() -> None:
+def test_a_ray_is_extended_to_the_height_of_its_led() -> None:
     # Up one quarter and right one half per unit forward; an LED 0.5 m up is 2 m ahead, 1 m right.
     slopes = np.array([0.5, -0.25])
     assert level_points(slopes, np.array(0.5), np.array(0.0)) == pytest.approx(2.0 - 1.0j)
@@ -58,5 +58,5 @@ def test_the_axis_of_a_camera_tilted_by_45_degrees_rises_as_it_goes() -> None:
     assert found == pytest.approx(0.5 + 0.0j)
 
 
-def test_a_ray_that_falls_never_gets_to_an_led_above() -> None:
+def test_a_falling_ray_never_reaches_an_led_above() -> None:
     assert np.isnan(level_points(np.array([0.0, 0.1]), np.array(0.5), np.array(0.0)))

@@ -65,7 +65,7 @@ def test_paths_from_all_22_starts(draw: object, policy: Policy) -> None:
     assert 'goal reached: 22 of 22' in texts(draw(ARENA, policy))
 
 
-def test_recorded_paths_tell_failures_apart() -> None:
+def test_recorded_paths_mark_failures() -> None:
     line = np.array([[1.0, 2.0], [1.2, 2.2]])
     paths = [RecordedPath(points_m=line, outcome=outcome) for outcome in ('goal', 'false-goal')]
     found = texts(recorded_paths(ARENA, paths, 'fuzzy'))

@@ -11,7 +11,7 @@ from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 
 
-def test_the_robot_keeps_its_speed_and_stands_at_the_end() -> None:
+def test_the_robot_has_constant_speed_and_stops_at_the_end() -> None:
     """Three metres right and one up, in nine frames of half a metre for a longest path of 4."""
     points = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
     track = at_constant_speed(points, 4.0, 9)
