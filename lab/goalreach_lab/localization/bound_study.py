@@ -91,25 +91,30 @@ def one_image_bound(
         tilt_sigma_rad: Error of the tilt reading (1 sigma).
         head: Ranges of the head and the margin within which an LED counts as in the image.
     """
-    head = head or HeadConfig()
     lens = Lens.of_camera(camera)
     offsets_m = leds_m - np.array([x_m, y_m, camera_height_m])
-    azimuth, tilt = HeadTracker(head).centre_leds(offsets_m.tolist(), lens)
+    azimuth, tilt = HeadTracker(head or HeadConfig()).centre_leds(offsets_m.tolist(), lens)
     projection = project(offsets_m, optical_rotation(azimuth, tilt), lens)
     seen = _in_image(projection, camera)
-    covariance = np.full((3, 3), np.inf)
+    covariance: FloatArray = np.full((3, 3), np.inf)
     if seen.sum() >= _LEAST_LEDS:
-        by_offset = projection.by_offset[seen]
-        turned = np.stack([offsets_m[seen, 1], -offsets_m[seen, 0]], axis=1)
-        by_azimuth = np.einsum('kpc,kc->kp', by_offset[..., :2], turned)
-        jacobian = np.concatenate([-by_offset[..., :2], by_azimuth[..., None]], axis=2)
-        jacobian = jacobian.reshape(-1, 3)
         by_tilt = projection.by_tilt[seen].reshape(-1)
-        noise = pixel_sigma_px**2 * np.eye(len(by_tilt))
-        noise += tilt_sigma_rad**2 * np.outer(by_tilt, by_tilt)
-        covariance = np.linalg.inv(jacobian.T @ np.linalg.solve(noise, jacobian))
+        noise = tilt_sigma_rad**2 * np.outer(by_tilt, by_tilt)
+        noise += pixel_sigma_px**2 * np.eye(len(by_tilt))
+        jacobian = _jacobian(projection.by_offset[seen], offsets_m[seen])
+        information = jacobian.T @ np.linalg.solve(noise, jacobian)
+        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
         covariance[2, 2] += pan_sigma_rad**2
     return Bound(leds=int(seen.sum()), covariance=covariance)
+
+
+def _jacobian(by_offset: FloatArray, offsets_m: FloatArray) -> FloatArray:
+    """Return the derivatives (2 n, 3) of n pixels by x, y and azimuth of the camera."""
+    turned = np.stack([offsets_m[:, 1], -offsets_m[:, 0]], axis=1)
+    by_azimuth = np.einsum('kpc,kc->kp', by_offset[..., :2], turned)
+    by_pose = np.concatenate([-by_offset[..., :2], by_azimuth[..., None]], axis=2)
+    jacobian: FloatArray = by_pose.reshape(-1, 3)
+    return jacobian
 
 
 def _in_image(projection: Projection, camera: PinholeCamera) -> NDArray[np.bool_]:
