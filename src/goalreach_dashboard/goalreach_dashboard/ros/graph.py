@@ -68,7 +68,8 @@ class GraphClient:
         self._listener.update()
         if subscribed:
             self._poller.poll(now_s)
-        for _ in range(1 + self._poller.pending):
+        queued = self._executor.create_task(lambda: None)
+        while not queued.done():  # events are handled in order: all that came before it are
             self._executor.spin_once(timeout_sec=0.0)
 
     def view(self) -> View:
