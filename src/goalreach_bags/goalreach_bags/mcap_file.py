@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,10 +34,11 @@ from goalreach_bags.mcap_repair import (
     COPY_KEY,
     LIBRARY,
     MAGIC,
+    channel_span,
     channel_topic,
     scan_mcap,
 )
-from goalreach_bags.storage import NO_TIME_NS, ZSTD_LEVEL, FileSpan, require_free_space
+from goalreach_bags.storage import ZSTD_LEVEL, require_free_space
 from goalreach_bags.topic import BagTopic, offers_to_text
 
 _MESSAGE: Final = struct.Struct('<BQHIQQ')
@@ -337,7 +337,9 @@ class McapReader:
             if summary and total and total.channel_count == len(summary.channels):
                 channels = summary.channels.values()
                 self.topics = tuple(channel_topic(c, summary.schemas) for c in channels)
-                self.span = _span(path.name, summary.channels, total)
+                times_ns = total.message_start_time, total.message_end_time
+                counts = total.channel_message_counts
+                self.span = channel_span(path.name, summary.channels, counts, times_ns)
             else:
                 scan = scan_mcap(path)
                 self.topics, self.span = scan.topics, scan.span
@@ -365,15 +367,3 @@ class McapReader:
     def close(self) -> None:
         """Close it."""
         self._stream.close()
-
-
-def _span(name: str, channels: Mapping[int, Channel], total: Statistics) -> FileSpan:
-    counts = Counter[str]()
-    for number, channel in channels.items():
-        counts[channel.topic] += total.channel_message_counts.get(number, 0)
-    return FileSpan(
-        name=name,
-        counts=counts,
-        first_ns=total.message_start_time if total.message_count else NO_TIME_NS,
-        last_ns=total.message_end_time,
-    )

@@ -76,6 +76,27 @@ def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
     )
 
 
+def channel_span(
+    name: str,
+    channels: Mapping[int, Channel],
+    counts: Mapping[int, int],
+    times_ns: tuple[int, int],
+) -> FileSpan:
+    """Return the messages of a file by topic.
+
+    Args:
+        name: Name of the file.
+        channels: Its channels.
+        counts: Messages by channel.
+        times_ns: First and last receive time.
+    """
+    by_topic = Counter[str]()
+    for number, count in counts.items():
+        by_topic[channels[number].topic] += count
+    first_ns = times_ns[0] if by_topic.total() else NO_TIME_NS
+    return FileSpan(name=name, counts=by_topic, first_ns=first_ns, last_ns=times_ns[1])
+
+
 @dataclass
 class McapScan:
     """Result of reading an MCAP file record by record.
@@ -113,11 +134,8 @@ class McapScan:
     @property
     def span(self) -> FileSpan:
         """Its sound messages."""
-        counts = Counter[str]()
-        for channel, count in self._counts.items():
-            counts[self.channels[channel].topic] += count
-        return FileSpan(
-            name=self.path.name, counts=counts, first_ns=self._first_ns, last_ns=self._last_ns
+        return channel_span(
+            self.path.name, self.channels, self._counts, (self._first_ns, self._last_ns)
         )
 
     def write_repaired(self, target: Path, metadata: str) -> None:

@@ -79,3 +79,12 @@ def recording_texts(lost: Mapping[str, int], *, sim_time: bool) -> dict[str, str
         sim_time: Whether receive times are those of `/clock`.
     """
     return {LOST_KEY: json.dumps(dict(lost)), CLOCK_KEY: 'sim' if sim_time else 'wall'}
+
+
+def lost_messages(texts: Mapping[str, str]) -> dict[str, int]:
+    """Return the lost messages by topic in the texts of a bag; none where it has no count."""
+    try:
+        lost = json.loads(texts.get(LOST_KEY, '{}'))
+        return {str(name): int(count) for name, count in lost.items()}
+    except (ValueError, TypeError, AttributeError):
+        return {}

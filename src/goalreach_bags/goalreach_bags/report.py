@@ -1,26 +1,25 @@
-"""Tables about bags for people."""
+"""Printed tables about bags."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-import json
 
 from rich.console import Console
 from rich.table import Column, Table
 
 from goalreach_bags.compare import TopicComparison, TopicResult
 from goalreach_bags.reader import BagReader
-from goalreach_bags.recording import CLOCK_KEY, LOST_KEY, PARAMETERS_KEY
+from goalreach_bags.recording import CLOCK_KEY, PARAMETERS_KEY, lost_messages
 
 _NS = 1e-9
 
 
-def show_bag(bag: BagReader, *, console: Console | None = None) -> None:
-    """Print what a bag holds."""
-    out = console or Console(highlight=False)
+def show_bag(bag: BagReader) -> None:
+    """Print the contents of a bag in short."""
+    out = Console(highlight=False, markup=False)
     metadata, size_mb = bag.metadata, bag.size * 1e-6
     lasts_s = (bag.last_ns - bag.first_ns) * _NS
-    lost = json.loads(metadata.custom.get(LOST_KEY, '{}'))
+    lost = lost_messages(metadata.custom)
     known = PARAMETERS_KEY in metadata.custom
     distro = metadata.distro or 'unknown distro'
     clock = metadata.custom.get(CLOCK_KEY, '')
@@ -33,7 +32,7 @@ def show_bag(bag: BagReader, *, console: Console | None = None) -> None:
         ('messages', f'{sum(bag.counts.values())}, lost {sum(lost.values())}'),
         ('parameters', 'those of the run are kept' if known else 'unknown'),
     ):
-        out.print(f'{name + ":":<12}{value}', soft_wrap=True, markup=False)
+        out.print(f'{name + ":":<12}{value}', soft_wrap=True)
     table = Table(Column('topic', no_wrap=True), 'type', 'messages', 'per second', 'lost')
     for name, topic in sorted(bag.topics.items()):
         count = bag.counts[name]
@@ -42,11 +41,9 @@ def show_bag(bag: BagReader, *, console: Console | None = None) -> None:
     out.print(table)
 
 
-def show_comparison(
-    comparisons: Sequence[TopicComparison], *, console: Console | None = None
-) -> None:
+def show_comparison(comparisons: Sequence[TopicComparison]) -> None:
     """Print the comparison of two bags, topic by topic, and the first difference of all."""
-    out = console or Console(highlight=False)
+    out = Console(highlight=False, markup=False)
     table = Table(Column('topic', no_wrap=True), 'messages', 'first difference')
     for comparison in comparisons:
         first, second = comparison.counts
@@ -54,24 +51,18 @@ def show_comparison(
         table.add_row(comparison.topic, counts, comparison.where or 'same')
     out.print(table)
     different = [c for c in comparisons if not c.same]
-    total = sum(c.counts[0] for c in comparisons)
     if different:
-        first_of_all = different[0]
-        out.print(
-            f'{len(different)} of {len(comparisons)} topics differ, first '
-            f'{first_of_all.topic}: {first_of_all.where}',
-            soft_wrap=True,
-            markup=False,
-        )
+        text = f'{len(different)} of {len(comparisons)} topics differ, first '
+        text += f'{different[0].topic}: {different[0].where}'
     else:
-        out.print(f'the same: {total} messages of {len(comparisons)} topics', soft_wrap=True)
+        total = sum(c.counts[0] for c in comparisons)
+        text = f'the same: {total} messages of {len(comparisons)} topics'
+    out.print(text, soft_wrap=True)
 
 
-def show_recomputation(
-    results: Sequence[TopicResult], *, tolerance: float, console: Console | None = None
-) -> None:
+def show_recomputation(results: Sequence[TopicResult], *, tolerance: float) -> None:
     """Print the result of a recomputation, topic by topic, and the first difference."""
-    out = console or Console(highlight=False)
+    out = Console(highlight=False, markup=False)
     table = Table(Column('topic', no_wrap=True), 'compared', 'different', 'largest', 'first at')
     for result in results:
         first = result.first
@@ -90,4 +81,4 @@ def show_recomputation(
             f'differs first at {results[0].first_ns * _NS:.3f} s in {results[0].topic}: '
             f'{first.field} was {first.first} and is {first.second}'
         )
-    out.print(text, soft_wrap=True, markup=False)
+    out.print(text, soft_wrap=True)

@@ -132,18 +132,15 @@ class BagWriter:
     def metadata(self) -> BagMetadata:
         """Return the metadata of what was written so far."""
         spans = tuple(self._done if self._file is None else [*self._done, self._current()])
+        options = self._options
         return BagMetadata(
-            storage=self._options.storage,
+            storage=options.storage,
             topics=tuple(self._topics.values()),
             files=spans,
             total=total_span(spans),
-            compression_mode='MESSAGE' if self._compresses_messages else '',
+            compression_mode='MESSAGE' if options.zstd and options.storage == 'sqlite3' else '',
             custom=self.custom,
         )
-
-    @property
-    def _compresses_messages(self) -> bool:
-        return self._options.zstd and self._options.storage == 'sqlite3'
 
     @property
     def _storage(self) -> _StorageFile:
