@@ -1,4 +1,4 @@
-"""A robot without camera: the true pose plus noise stands for what the eyes would see."""
+"""A robot without a camera: its estimate is the true pose plus noise."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -57,7 +57,7 @@ def test_an_option_ends_where_its_region_is_left(make_policy: PolicyMaker) -> No
     assert driver.region_after(going, state_at(X1 + 0.2, 3.0)) == (1, 1)
 
 
-def test_an_option_that_entered_the_goal_goes_on(make_policy: PolicyMaker) -> None:
+def test_an_option_continues_in_the_goal(make_policy: PolicyMaker) -> None:
     driver = behaviour(make_policy({(0, 0): 0}), mode='crisp')
     assert driver.region_after(option((0, 0), 0), state_at(X1 + 0.3, 1.0)) is None
 
@@ -67,7 +67,9 @@ def test_chooses_the_learned_action(make_policy: PolicyMaker) -> None:
     assert driver.choose(state_at(0.5, 2.5), 3) == option((0, 1), 7)
 
 
-def test_starting_in_the_goal_unsure_it_asks_the_neighbour(make_policy: PolicyMaker) -> None:
+def test_starting_in_the_undeclared_goal_takes_the_neighbours_action(
+    make_policy: PolicyMaker,
+) -> None:
     driver = behaviour(make_policy({(0, 0): 0, (1, 1): 6}), mode='crisp')
     assert driver.choose(state_at(X1 + 0.01, 1.0), 0) == option((1, 0), 0)
     assert driver.choose(state_at(1.8, Y1 - 0.01), 0) == option((1, 0), 6)
@@ -92,7 +94,7 @@ def test_a_learner_keeps_to_its_action_in_the_goal(make_policy: PolicyMaker) -> 
     assert inside == pytest.approx(-math.pi / 2)
 
 
-def test_learns_only_if_told_to(make_policy: PolicyMaker) -> None:
+def test_learns_only_if_configured(make_policy: PolicyMaker) -> None:
     policy = make_policy({})
     transition = Transition(
         state=(0, 0),

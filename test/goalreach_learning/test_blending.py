@@ -23,7 +23,7 @@ def heading_deg(mode: str, mu_x: tuple[float, ...], mu_y: tuple[float, ...], p: 
 
 
 @pytest.mark.parametrize('mode', MODES)
-def test_deep_in_a_cell_its_action_is_driven(mode: str, make_policy: PolicyMaker) -> None:
+def test_inside_a_cell_its_action_is_driven(mode: str, make_policy: PolicyMaker) -> None:
     policy = make_policy({(0, 2): 7})
     assert heading_deg(mode, LEFT, FAR, policy) == pytest.approx(-45.0)
 

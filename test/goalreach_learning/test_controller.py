@@ -22,7 +22,7 @@ START = Pose2(x_m=0.5, y_m=2.5, heading_rad=0.0)
 
 
 class Script:
-    """Feeds a controller with states at 25 Hz."""
+    """Passes states to a controller at 25 Hz."""
 
     def __init__(self, policy: Policy, **config: object) -> None:
         self.controller = GoalReachingController(
@@ -76,7 +76,7 @@ def test_drives_from_anywhere_without_a_start(make_policy: PolicyMaker) -> None:
     assert script.see(0.9, 3.0).command.linear_m_per_s > 0.0
 
 
-def test_crisp_turns_then_drives_then_tells_the_transition(make_policy: PolicyMaker) -> None:
+def test_crisp_turns_then_drives_then_reports_the_transition(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0, (1, 1): 6}), mode='crisp')
     step = script.see(heading_deg=90.0)
     assert step.command.linear_m_per_s == 0.0
@@ -102,7 +102,7 @@ def test_jitter_across_a_border_ends_no_action(make_policy: PolicyMaker) -> None
     assert script.see(1.12, heading_deg=180.0).transition is not None
 
 
-def test_declares_the_goal_only_when_sure(make_policy: PolicyMaker) -> None:
+def test_declares_the_goal_only_when_confident(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0, (1, 1): 6}))
     script.see()
     step = script.see(1.8, 1.6, -90.0, goal=0.9)
@@ -113,7 +113,7 @@ def test_declares_the_goal_only_when_sure(make_policy: PolicyMaker) -> None:
     assert script.see(1.8, 1.5, goal=1.0) == ControlStep(command=STANDING)
 
 
-def test_an_uncertain_goal_is_none(make_policy: PolicyMaker) -> None:
+def test_an_uncertain_state_declares_no_goal(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0}))
     script.see()
     step = script.see(1.8, 1.0, goal=1.0, confidence=Confidence.STALE)
@@ -121,7 +121,7 @@ def test_an_uncertain_goal_is_none(make_policy: PolicyMaker) -> None:
     assert step.command == STANDING
 
 
-def test_stands_while_uncertain_and_goes_on_after(make_policy: PolicyMaker) -> None:
+def test_stops_while_uncertain_and_resumes(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0}), mode='crisp')
     before = script.see()
     waiting = script.see(confidence=Confidence.UNCERTAIN)
@@ -155,7 +155,7 @@ def test_a_timeout_counts_while_waiting_for_the_start(make_policy: PolicyMaker) 
     assert ends[25] is not None
 
 
-def test_the_same_stamp_gets_the_same_command_and_teaches_once(make_policy: PolicyMaker) -> None:
+def test_the_same_stamp_gets_the_same_command_and_one_update(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({}), learn=True)
     script.see()
     first = script.see(0.3, bumped=True)
@@ -185,7 +185,7 @@ def test_learns_while_driving(make_policy: PolicyMaker) -> None:
     assert q[transition.action] == pytest.approx(0.3 * 0.9 * 1.0)  # alpha * gamma * max Q(next)
 
 
-def test_fuzzy_bends_without_stopping(make_policy: PolicyMaker) -> None:
+def test_fuzzy_steers_without_stopping(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0, (1, 1): 6}))
     script.see()
     step = script.see(1.1, heading_deg=0.0)
@@ -195,7 +195,7 @@ def test_fuzzy_bends_without_stopping(make_policy: PolicyMaker) -> None:
     assert step.command.steering_rad_per_s < 0.0
 
 
-def test_fuzzy_tells_transitions_too(make_policy: PolicyMaker) -> None:
+def test_fuzzy_reports_transitions_too(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0, (1, 1): 6}))
     script.see()
     transition = script.see(1.4).transition
@@ -203,7 +203,7 @@ def test_fuzzy_tells_transitions_too(make_policy: PolicyMaker) -> None:
     assert (transition.state, transition.action, transition.next_state) == ((0, 1), 0, (1, 1))
 
 
-def test_knows_nothing_and_stands(make_policy: PolicyMaker) -> None:
+def test_an_unlearned_policy_stops(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({}))
     assert script.see().command == STANDING
 

@@ -15,6 +15,6 @@ def test_flattens_and_builds_with_its_learning_part() -> None:
     ('field', 'value'),
     [('mode', 'blurred'), ('cruise_speed_m_per_s', 0.6), ('goal_confidence', 1.5)],
 )
-def test_refuses_what_is_out_of_range(field: str, value: object) -> None:
+def test_refuses_values_out_of_range(field: str, value: object) -> None:
     with pytest.raises(ConfigurationError, match=field):
         build_config(ControllerConfig, {field: value})

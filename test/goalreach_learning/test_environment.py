@@ -70,7 +70,7 @@ def test_along_a_border_the_region_stays() -> None:
     assert end.region == (1, 0)
 
 
-def test_overshoot_goes_on_past_the_border() -> None:
+def test_overshoot_drives_past_the_border() -> None:
     environment = OptionEnvironment(Arena(), overshoot_m=0.1)
     end = environment.advance(0.5, 2.5, (0, 1), 0)
     assert end.x_m == pytest.approx(X1 + 0.1)

@@ -32,7 +32,7 @@ def test_passes_the_checker_without_a_warning(observation: str) -> None:
         check_env(env.unwrapped)
 
 
-def test_drives_one_option_a_step() -> None:
+def test_one_step_is_one_option() -> None:
     env = GoalReachEnv()
     observation, info = env.reset(options={'start': (0.5, 2.5)})
     assert observation == 3 * 0 + 1
@@ -80,7 +80,7 @@ def test_same_seed_same_starts() -> None:
     assert len(set(places[0])) > 5
 
 
-def test_refuses_what_it_does_not_have() -> None:
+def test_refuses_invalid_options() -> None:
     with pytest.raises(ConfigurationError, match='observation'):
         GoalReachEnv(observation='smell')
     with pytest.raises(ConfigurationError, match='render_mode'):
@@ -97,7 +97,7 @@ def test_refuses_what_it_does_not_have() -> None:
         ('gymnasium', f'goalreach_learning.gym_environment:{ENVIRONMENT_ID}'),
     ],
 )
-def test_is_known_after_the_import_alone(module: str, name: str) -> None:
+def test_importing_registers_the_environment(module: str, name: str) -> None:
     program = f'import {module}, gymnasium; gymnasium.make({name!r})'
     done = subprocess.run(
         [sys.executable, '-W', 'error', '-c', program],

@@ -36,7 +36,7 @@ def test_crisp_track_ends_at_a_wall(arena: Arena, make_policy: PolicyMaker) -> N
     assert track.points_m[-1] == pytest.approx([0.225, 2.5])
 
 
-def test_going_to_and_fro_for_ever_is_cut_off(arena: Arena, make_policy: PolicyMaker) -> None:
+def test_an_endless_path_is_truncated(arena: Arena, make_policy: PolicyMaker) -> None:
     policy = make_policy({(0, 1): 0, (1, 1): 4})
     assert crisp_track(arena, policy, at(0.5, 2.5)).outcome is PathOutcome.TIMEOUT
 
@@ -57,7 +57,7 @@ def test_blended_track_bends_into_the_goal(arena: Arena, make_policy: PolicyMake
 
 
 @pytest.mark.parametrize('mode', ['fuzzy', 'fuzzy-eq3'])
-def test_no_blended_track_comes_nearer_to_a_wall_than_its_start(
+def test_blended_tracks_keep_their_distance_from_walls(
     mode: str, arena: Arena, learned: Policy
 ) -> None:
     for x_m in np.linspace(0.24, arena.width_m - 0.24, 9):

@@ -19,6 +19,6 @@ def test_the_paper_has_twenty_trials() -> None:
 
 
 @pytest.mark.parametrize(('field', 'value'), [('alpha', 1.5), ('gamma', 1.0), ('trials', 0)])
-def test_refuses_what_is_out_of_range(field: str, value: float) -> None:
+def test_refuses_values_out_of_range(field: str, value: float) -> None:
     with pytest.raises(ConfigurationError, match=field):
         LearningConfig(**{field: value})  # type: ignore[arg-type]

@@ -27,7 +27,7 @@ def test_takes_the_middle_of_equally_good_headings() -> None:
     assert best([0.9, 0.895, 0.9, 0, 0, 0, 0, 0]) == 1
 
 
-def test_takes_the_better_one_where_none_is_in_the_middle() -> None:
+def test_takes_the_better_one_without_a_middle() -> None:
     assert best([0.9, 0.905, 0, 0, 0, 0, 0, 0]) == 1
     assert best([0.9, 0, 0, 0, 0.905, 0, 0, 0]) == 4  # opposite headings have no middle
 
@@ -45,7 +45,7 @@ def test_the_best_is_tried_and_nearly_the_highest(q: FloatArray, mask: int) -> N
     assert q[chosen] >= max(q[k] for k in tried) - tie_tolerance() - 1e-12
 
 
-def test_tolerance_shrinks_with_what_tells_distances_apart() -> None:
+def test_tolerance_scales_with_the_discount() -> None:
     assert tie_tolerance(0.9) == pytest.approx(0.02)
     assert tie_tolerance(0.99) == pytest.approx(0.002)
 

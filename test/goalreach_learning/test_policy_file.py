@@ -14,7 +14,7 @@ from goalreach_msgs_py.regions import RegionMap
 Change = Callable[[dict[str, Any]], object]
 
 
-def test_what_was_written_is_read(tmp_path: Path, learned: Policy) -> None:
+def test_a_written_policy_is_read_back(tmp_path: Path, learned: Policy) -> None:
     file = tmp_path / 'policy.json'
     write_policy(file, learned)
     found = read_policy(file)
@@ -77,13 +77,13 @@ def test_refuses_a_defect_by_file_field_and_value(
 
 
 @pytest.mark.parametrize('content', [b'', b'{', b'[]', b'\xff\xfe', b'[' * 10**5])
-def test_refuses_what_is_no_policy_at_all(content: bytes, tmp_path: Path) -> None:
+def test_refuses_files_of_other_formats(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / 'bad.json'
     file.write_bytes(content)
     with pytest.raises(FileFormatError, match=r'bad\.json'):
         read_policy(file)
 
 
-def test_refuses_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_refuses_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match='No such file'):
         read_policy(tmp_path / 'none.json')

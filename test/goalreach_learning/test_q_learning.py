@@ -22,7 +22,7 @@ def test_equation_1_by_hand() -> None:
     assert q_update(0.4, 0.0, [0.1, 0.8], alpha=0.25, gamma=0.9) == pytest.approx(0.48)
 
 
-def test_nothing_is_expected_after_the_end_of_a_path() -> None:
+def test_a_terminal_state_has_no_future_value() -> None:
     assert q_update(0.4, -1.0, [], alpha=0.25, gamma=0.9) == pytest.approx(0.3 - 0.25)
 
 
@@ -56,7 +56,7 @@ def test_selects_the_samples_place_in_the_distribution(
     assert chosen == 0 or cumulative[chosen - 1] <= uniform + 1e-12
 
 
-def test_choice_in_a_state_never_visited_is_uniform() -> None:
+def test_choice_in_an_unvisited_state_is_uniform() -> None:
     q = [100.0] + [0.0] * 7  # would always win by equation (2)
     chosen = [
         select_action(q, visited=False, temperature=0.1, uniform=(k + 0.5) / 8) for k in range(8)
@@ -87,7 +87,7 @@ def test_learns_the_values_of_a_chain() -> None:
         assert learner.q[i][j][3] == pytest.approx(0.8**distance, abs=1e-9)
 
 
-def test_goes_on_from_a_policy() -> None:
+def test_continues_from_a_policy() -> None:
     first = QLearner(LearningConfig(), RegionMap())
     first.update((0, 0), 3, 1.0, (1, 0), terminal=True)
     second = QLearner(LearningConfig(), RegionMap(), first.policy())

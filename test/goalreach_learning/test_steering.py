@@ -54,7 +54,7 @@ def test_turns_on_the_spot_before_it_drives() -> None:
     assert follower.command(pose(10), CONFIG).linear_m_per_s > 0.4  # it has been on course
 
 
-def test_turning_to_another_heading_stops_and_bending_does_not() -> None:
+def test_turning_to_another_heading_stops_and_steering_does_not() -> None:
     follower = HeadingFollower()
     follower.turn_to(0.0)
     follower.command(pose(0), CONFIG)

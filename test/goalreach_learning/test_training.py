@@ -24,7 +24,7 @@ def test_learns_to_reach_the_goal_from_every_start(arena: Arena) -> None:
     assert greedy_successes(arena, result.policy) == (True,) * 22
 
 
-def test_learns_the_headings_that_lead_in_for_sure(arena: Arena) -> None:
+def test_learns_the_headings_that_enter_the_goal(arena: Arena) -> None:
     policy = train(arena, rng=np.random.default_rng(1)).policy
     assert policy.greedy_action((0, 0)) == 0  # LEFT-SIDE/NEAR: to the right
     assert policy.greedy_action((2, 0)) == 4  # RIGHT-SIDE/NEAR: to the left
@@ -41,11 +41,11 @@ def test_another_goal_is_learned_as_well() -> None:
     assert policy.greedy_action((2, 2)) is None
 
 
-def test_knows_nothing_of_a_policy_without_actions(arena: Arena) -> None:
+def test_a_policy_without_actions_has_no_successes(arena: Arena) -> None:
     assert greedy_successes(arena, Policy.unlearned(arena.regions)) == (False,) * 22
 
 
-def test_a_cut_off_path_is_no_failure(arena: Arena) -> None:
+def test_a_truncated_path_is_not_a_failure(arena: Arena) -> None:
     config = LearningConfig(trials=3, max_options=1)
     result = train(arena, config, rng=np.random.default_rng(0))
     assert result.options == 3 * 22

@@ -103,7 +103,7 @@ def test_led_behind_the_camera_is_not_seen() -> None:
     assert (render(4.0, azimuth_rad=math.pi / 2) == 10).all()
 
 
-def test_read_noise_as_told() -> None:
+def test_read_noise_matches_the_model() -> None:
     image = render(4.0, noise=dataclasses.replace(NONE, read_noise_dn=2.0))
     dark = image[:200].astype(float)
     assert dark.mean() == pytest.approx(10.0, abs=0.05)
@@ -123,7 +123,7 @@ def test_dropout_darkens_the_led() -> None:
     assert (render(4.0, noise=dataclasses.replace(NONE, dropout_probability=1.0)) == 10).all()
 
 
-def test_dropouts_as_often_as_told() -> None:
+def test_dropout_rate_matches_the_model() -> None:
     noise = dataclasses.replace(NONE, dropout_probability=0.3)
     rng, event_rng = np.random.default_rng(4).spawn(2)
     renderer = CameraRenderer(
@@ -139,7 +139,7 @@ def test_dropouts_as_often_as_told() -> None:
     assert 1.0 - np.mean(seen) == pytest.approx(0.3, abs=0.06)
 
 
-def test_spurious_light_somewhere() -> None:
+def test_spurious_light_is_rendered() -> None:
     noise = dataclasses.replace(NONE, dropout_probability=1.0, spurious_probability=1.0)
     places = []
     for seed in range(6):
@@ -161,20 +161,20 @@ def test_true_lens_keeps_all_but_the_focal_length() -> None:
     assert (lens.cx_px, lens.cy_px) == (320.0, 240.0)
 
 
-def test_shares_by_hand() -> None:
+def test_pixel_fractions_by_hand() -> None:
     # sigma = 1, centred on pixel 5: erf(0.5 / sqrt 2) = 0.382925, next 0.241730.
     shares = pixel_shares(5.0, 1.0, 4, 7)
     assert shares == pytest.approx([0.241730, 0.382925, 0.241730], abs=1e-6)
 
 
 @pytest.mark.parametrize('centre_px', [5.0, 5.37, 4.5])
-def test_shares_keep_flux_and_centre(centre_px: float) -> None:
+def test_pixel_fractions_keep_flux_and_centre(centre_px: float) -> None:
     shares = pixel_shares(centre_px, 1.2, -20, 31)
     assert shares.sum() == pytest.approx(1.0, abs=1e-12)
     assert (shares * np.arange(-20, 31)).sum() == pytest.approx(centre_px, abs=1e-12)
 
 
-def test_window_reaches_to_where_the_spot_is_dark() -> None:
+def test_window_covers_the_visible_spot() -> None:
     rows, columns = spot_window(100.2, 50.7, 1.5, 1000.0, (480, 640))
     peak_dn = 1000.0 / (2 * math.pi * 1.5**2)
     for edge, centre in (
@@ -187,7 +187,7 @@ def test_window_reaches_to_where_the_spot_is_dark() -> None:
 
 
 @pytest.mark.parametrize(('u_px', 'v_px'), [(-50.0, 10.0), (10.0, 900.0), (1e6, 1e6)])
-def test_nothing_outside_the_image(u_px: float, v_px: float) -> None:
+def test_window_outside_the_image_is_empty(u_px: float, v_px: float) -> None:
     rows, columns = spot_window(u_px, v_px, 1.2, 1000.0, (480, 640))
     assert (rows.stop - rows.start, columns.stop - columns.start) == (0, 0)
 

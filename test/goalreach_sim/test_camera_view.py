@@ -31,7 +31,7 @@ def make_pose(
     tilt_rad_per_s: float = 0.0,
     speed_m_per_s: float = 0.0,
 ) -> CameraPose:
-    """Stand at the origin, 1 m high, looking along +x."""
+    """Return the pose at the origin, 1 m high, in the direction of +x."""
     return CameraPose(
         centre_m=np.array([0.0, 0.0, 1.0]),
         azimuth_rad=azimuth_rad,
@@ -58,14 +58,14 @@ def test_distortion_by_hand() -> None:
     assert view.pixels(make_pose())[0] == pytest.approx((219.5, 189.75), abs=1e-9)
 
 
-def test_a_barrel_lens_shows_nothing_from_far_outside() -> None:
+def test_a_barrel_lens_hides_points_far_outside() -> None:
     # With k1 = -0.3 the radius turns back at tan = sqrt(1 / 0.9) = 1.05; at tan = 1.8 it would
     # be 1.8 (1 - 0.972) = 0.05, in the middle of the image.
     view = CameraView(make_camera((-0.3, 0.0, 0.0, 0.0, 0.0)), led(3.6, 0.0))
     assert math.isnan(view.pixels(make_pose())[0][0])
 
 
-def test_nothing_is_seen_behind() -> None:
+def test_points_behind_are_invisible() -> None:
     view = CameraView(make_camera(), led(0.0, 0.0))
     assert all(math.isnan(value) for value in view.pixels(make_pose(math.pi))[0])
 

@@ -25,7 +25,7 @@ def test_clearance_is_to_the_nearest_wall() -> None:
         (2.0, 0.5, -math.pi / 2),
     ],
 )
-def test_each_wall_is_felt_and_blocks(x_m: float, y_m: float, direction_rad: float) -> None:
+def test_each_wall_is_sensed_and_blocks(x_m: float, y_m: float, direction_rad: float) -> None:
     walls = make_walls()
     assert walls.touch_directions_rad(x_m, y_m) == (direction_rad,)
 
@@ -39,7 +39,7 @@ def test_each_wall_is_felt_and_blocks(x_m: float, y_m: float, direction_rad: flo
     assert not blocks(direction_rad + math.pi)
 
 
-def test_a_corner_is_felt_twice() -> None:
+def test_a_corner_is_two_contacts() -> None:
     assert make_walls().touch_directions_rad(0.5, 0.5) == (math.pi, -math.pi / 2)
     assert make_walls().touch_directions_rad(2.0, 2.0) == ()
 

@@ -1,4 +1,4 @@
-"""Faults that are switched on while the robot drives."""
+"""Faults switched on at run time."""
 
 import math
 
@@ -21,11 +21,11 @@ def simulator() -> Simulator:
 
 
 def bright(simulator: Simulator) -> int:
-    """Return the number of pixels that are no dark noise."""
+    """Return the number of pixels brighter than the noise."""
     return int((simulator.sense().image > 60).sum())
 
 
-def test_leds_go_dark_and_shine_again(simulator: Simulator) -> None:
+def test_leds_fail_and_recover(simulator: Simulator) -> None:
     lit = bright(simulator)
     simulator.faults = SimulatedFaults(dark_leds=(1.0,))
     assert 0 < bright(simulator) < lit
@@ -35,13 +35,13 @@ def test_leds_go_dark_and_shine_again(simulator: Simulator) -> None:
     assert bright(simulator) == lit
 
 
-def test_an_extra_light_is_seen(simulator: Simulator) -> None:
+def test_a_false_light_is_seen(simulator: Simulator) -> None:
     lit = bright(simulator)
     simulator.faults = SimulatedFaults(extra_light_m=(1.2, 1.0, 1.3))
     assert bright(simulator) > lit
 
 
-def test_frozen_encoders_stand_and_count_on_from_there(simulator: Simulator) -> None:
+def test_frozen_encoders_resume_from_their_reading(simulator: Simulator) -> None:
     simulator.faults = SimulatedFaults(odometry_frozen=True)
     before = simulator.sense()
     for _ in range(20):
@@ -69,7 +69,7 @@ def test_a_stuck_bumper_stays_pressed(simulator: Simulator) -> None:
     assert [i for i, pressed in enumerate(simulator.sense().bumpers) if pressed] == [7]
 
 
-def test_a_carried_robot_is_elsewhere_and_its_encoders_do_not_know(simulator: Simulator) -> None:
+def test_a_carried_robot_moves_unnoticed_by_its_encoders(simulator: Simulator) -> None:
     before = simulator.sense()
     simulator.faults = SimulatedFaults(carry_to=(1.0, 3.0, 0.5))
     after = simulator.sense()
@@ -87,7 +87,7 @@ def test_a_carried_robot_is_elsewhere_and_its_encoders_do_not_know(simulator: Si
         ('stuck_bumper', 20),
     ],
 )
-def test_faults_that_cannot_be_are_refused(name: str, value: object) -> None:
+def test_invalid_faults_are_refused(name: str, value: object) -> None:
     with pytest.raises(ConfigurationError, match=name):
         build_config(SimulatedFaults, {name: value})
 

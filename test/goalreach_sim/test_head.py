@@ -16,7 +16,7 @@ def make_head(noise_rad: float, resolution_rad: float = 0.0) -> PanTiltHead:
     )
 
 
-def test_camera_looks_away_from_its_encoders_by_the_bias() -> None:
+def test_true_angles_differ_from_the_encoders_by_the_bias() -> None:
     head = make_head(0.0)
     head.go_to(0.5, 0.25)
     head.advance(0.3)
@@ -34,7 +34,7 @@ def test_ranges_of_the_paper() -> None:
     assert head.read() == pytest.approx((np.radians(-87), np.radians(-20)))
 
 
-def test_readings_scatter_as_told() -> None:
+def test_reading_noise_matches_its_deviation() -> None:
     head = make_head(0.001)
     head.go_to(0.2, 0.1)
     head.advance(10.0)
@@ -50,7 +50,7 @@ def test_encoder_steps() -> None:
     assert head.read() == pytest.approx((0.12, -0.09), abs=1e-15)
 
 
-def test_place_stands_straight() -> None:
+def test_place_zeroes_both_angles() -> None:
     head = make_head(0.0)
     head.go_to(0.5, 0.25)
     head.advance(0.3)

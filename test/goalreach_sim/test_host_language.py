@@ -140,7 +140,7 @@ def test_bumper_bits() -> None:
     assert nomad.state[STATE_CONF_X] == 1300
 
 
-def test_defining_moves_the_encoder_robot_alone() -> None:
+def test_defining_changes_the_odometry_alone() -> None:
     nomad, robot = make_nomad()
     nomad.dp(10, -20)
     nomad.da(900, 300)
@@ -164,7 +164,7 @@ def test_zeroing_aligns_with_bumper_zero() -> None:
     assert robot.x_m == pytest.approx(70 * INCH_M)
 
 
-def test_two_robots_drift_apart() -> None:
+def test_odometry_drifts_from_the_truth() -> None:
     nomad, robot = make_nomad(scale=1.1)
     nomad.pr(100, 0, 0)
     assert wait(nomad)
@@ -175,7 +175,7 @@ def test_two_robots_drift_apart() -> None:
     assert robot.x_m == pytest.approx(30 * INCH_M, abs=1e-12)
 
 
-def test_what_the_machine_cannot_take_is_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     nomad, _ = make_nomad()
     with pytest.raises(ConfigurationError, match='whole numbers'):
         nomad.vm(1.5, 0, 0)  # type: ignore[arg-type]
@@ -193,7 +193,7 @@ START = Pose2(x_m=1.778, y_m=3.0, heading_rad=0.5)
 
 
 class Recorder:
-    """A robot on paper: notes what is said to it."""
+    """A host language that records its calls."""
 
     def __init__(self) -> None:
         self.state = [0] * STATE_LENGTH
@@ -234,7 +234,7 @@ def simulated() -> tuple[Simulator, HostBase]:
     return simulator, base
 
 
-def test_speaks_in_tenths() -> None:
+def test_commands_in_tenths() -> None:
     robot = Recorder()
     base = HostBase(robot, DriveConfig(), period_s=0.04)
     assert robot.said == [('ac', (300, 300, 300)), ('conf_tm', (1,))]
@@ -300,7 +300,7 @@ def test_the_turret_reaches_its_target_while_the_wheels_steer(target_deg: float)
     assert max(map(abs, gaps[-60:])) < math.radians(1.0)
 
 
-def test_a_bumper_tells_of_a_wall() -> None:
+def test_a_bumper_reports_a_wall() -> None:
     simulator, base = simulated()
     base.define(START)
     for _ in range(300):

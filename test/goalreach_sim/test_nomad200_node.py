@@ -20,7 +20,7 @@ pytestmark = pytest.mark.graph
 
 
 def drive_until(robot: RobotGraph, linear: float, condition: Callable[[], bool]) -> None:
-    """Send a command with every tick until something has come about."""
+    """Send a command with every tick until a condition holds."""
     for _ in range(2000):
         if condition():
             return
@@ -33,7 +33,7 @@ def pressed(scan: LaserScan) -> list[int]:
     return [i for i, reading in enumerate(scan.ranges) if math.isfinite(reading)]
 
 
-def test_the_watchdog_stops_a_robot_that_hears_nothing(tmp_path: Path) -> None:
+def test_the_watchdog_stops_a_robot_without_commands(tmp_path: Path) -> None:
     with robot_graph(tmp_path, speed=4.0, start_pose='[1.778, 4.5, -1.5708]') as robot:
         robot.wait_for_ticks(2)
         drive_until(robot, 0.3, lambda: robot.pose.y_m < 4.2)
@@ -48,7 +48,7 @@ def test_the_watchdog_stops_a_robot_that_hears_nothing(tmp_path: Path) -> None:
         assert 'Traceback' not in robot.log
 
 
-def test_bumpers_tell_contact_and_the_wall_holds(tmp_path: Path) -> None:
+def test_bumpers_report_contact_and_the_wall_blocks(tmp_path: Path) -> None:
     with robot_graph(tmp_path, speed=4.0, start_pose='[1.0, 0.4, -1.4708]') as robot:
         robot.wait_for_ticks(2)
         assert not pressed(robot.scans[-1])
@@ -66,7 +66,7 @@ def test_bumpers_tell_contact_and_the_wall_holds(tmp_path: Path) -> None:
         assert not pressed(robot.scans[-1])
 
 
-def test_resets_move_the_robot_and_never_the_clock_back(tmp_path: Path) -> None:
+def test_resets_move_the_robot_but_not_the_clock(tmp_path: Path) -> None:
     places = [(1.0, 1.0, 0.0), (2.5, 4.0, 1.0), (0.5, 2.0, -2.0)]
     with robot_graph(tmp_path, speed=4.0) as robot:
         for x_m, y_m, heading_rad in places:
@@ -135,7 +135,7 @@ def test_the_speed_may_change_while_it_runs(tmp_path: Path) -> None:
         assert spacing_ns == {40_000_000}
 
 
-def test_a_command_with_a_number_that_is_none_is_refused_and_the_robot_lives(
+def test_a_command_that_is_not_a_number_is_refused(
     tmp_path: Path,
 ) -> None:
     with robot_graph(tmp_path, speed=4.0) as robot:

@@ -35,7 +35,7 @@ def test_a_short_stall_is_made_up_for_a_few_ticks_at_a_time() -> None:
     assert all(said is None for _, said in run(pacer, steady))
 
 
-def test_what_is_much_later_is_given_up_and_told() -> None:
+def test_long_delays_are_skipped_and_reported() -> None:
     pacer = make()
     times_s = [100.0, *(102.0 + 0.04 * k for k in range(80))]
     results = list(run(pacer, times_s))
@@ -45,7 +45,7 @@ def test_what_is_much_later_is_given_up_and_told() -> None:
     assert max(count for count, _ in results) <= 2
 
 
-def test_a_machine_of_half_the_speed_is_told_so() -> None:
+def test_half_the_speed_is_reported() -> None:
     pacer = make(speed=50.0)  # 0.8 ms apart, while a tick takes 1.6 ms
     now_s, said = 100.0, []
     while now_s < 111.0:
@@ -55,7 +55,7 @@ def test_a_machine_of_half_the_speed_is_told_so() -> None:
 
 
 @pytest.mark.parametrize(('stalls', 'told'), [(0, False), (1, True)])
-def test_tells_a_loss_of_more_than_two_percent(stalls: int, told: bool) -> None:  # noqa: FBT001
+def test_reports_a_loss_of_more_than_two_percent(stalls: int, told: bool) -> None:  # noqa: FBT001
     # One stall of 0.32 s costs seven of the 125 ticks of a report: 5.6 percent.
     pacer = make()
     times_s = [100.0 + 0.04 * k + (0.32 * stalls if k > 50 else 0.0) for k in range(130)]
@@ -65,7 +65,7 @@ def test_tells_a_loss_of_more_than_two_percent(stalls: int, told: bool) -> None:
         assert said == [pytest.approx(118 / 125, abs=0.01)]
 
 
-def test_each_report_is_of_its_own_time() -> None:
+def test_each_report_covers_its_own_interval() -> None:
     pacer = make()
     list(run(pacer, [100.0, 103.0]))
     assert pacer.shortfall(105.0) == pytest.approx(2 * 0.04 / 5.0)

@@ -226,7 +226,7 @@ def numbers(odometry: Odometry) -> tuple[float, ...]:
 
 @given(start=STARTS, commands=COMMANDS)
 @settings(max_examples=60, deadline=None)
-def test_perfect_encoders_tell_the_truth_and_walls_hold(
+def test_perfect_encoders_match_the_truth_and_walls_block(
     start: tuple[float, float, float], commands: list[tuple[float, float, float]]
 ) -> None:
     robot = make_robot(*start)

@@ -39,7 +39,7 @@ def pressed(directions_deg: list[float], base_yaw_deg: float) -> list[int]:
     return [index for index, flag in enumerate(flags) if flag]
 
 
-def test_nothing_touched() -> None:
+def test_no_contact_presses_no_bumper() -> None:
     assert pressed([], 12.0) == []
 
 
@@ -48,7 +48,7 @@ def test_between_two_sensors_both_are_pressed() -> None:
     assert pressed([185.0], 0.0) == [10, 11]
 
 
-def test_straight_at_a_sensor_the_ends_of_its_neighbours_are_pressed_too() -> None:
+def test_contact_at_a_sensor_presses_its_neighbours_too() -> None:
     assert pressed([90.0], 0.0) == [4, 5, 6]
     assert pressed([0.0], 0.0) == [0, 1, 19]
 
@@ -78,7 +78,7 @@ def draw(noise: NoiseModel, seed: int) -> RunErrors:
     return draw_run_errors(noise, 3, np.random.default_rng(seed))
 
 
-def test_a_perfect_machine_has_none() -> None:
+def test_no_noise_draws_no_errors() -> None:
     errors = draw(noise_preset('none'), 1)
     assert not errors.landmark_offsets_m.any()
     assert (errors.focal_scale, errors.odometry_scale) == (1.0, 1.0)
@@ -91,14 +91,14 @@ def test_a_perfect_machine_has_none() -> None:
     assert biases == (0.0, 0.0, 0.0, 0.0)
 
 
-def test_harsh_is_twice_the_same_draw() -> None:
+def test_harsh_doubles_the_same_draw() -> None:
     nominal, harsh = draw(noise_preset('nominal'), 5), draw(noise_preset('harsh'), 5)
     assert harsh.pan_bias_rad == pytest.approx(2 * nominal.pan_bias_rad)
     assert harsh.odometry_scale - 1 == pytest.approx(2 * (nominal.odometry_scale - 1))
     assert harsh.landmark_offsets_m == pytest.approx(2 * nominal.landmark_offsets_m)
 
 
-def test_spread_is_that_of_the_model() -> None:
+def test_spread_matches_the_model() -> None:
     noise = NoiseModel()
     runs = [draw(noise, seed) for seed in range(800)]
     spread = {

@@ -60,7 +60,7 @@ def test_leds_are_where_the_camera_model_says() -> None:
     assert (window * columns).sum() / window.sum() + 307 == pytest.approx(319.5, abs=0.02)
 
 
-def test_frame_of_a_perfect_machine_tells_the_truth() -> None:
+def test_frame_without_noise_equals_the_truth() -> None:
     frame = drive(make_simulator(), 40)[-1]
     assert frame.time_ns == 40 * 40_000_000
     assert frame.odometry.pose.x_m == pytest.approx(frame.truth.pose.x_m, abs=1e-12)
@@ -75,7 +75,7 @@ def test_same_seed_same_frames() -> None:
     assert [contents(f) for f in one] == [contents(f) for f in other]
 
 
-def test_other_noise_is_another_robot_in_the_same_place() -> None:
+def test_changed_noise_draws_new_errors_at_the_same_pose() -> None:
     simulator = make_simulator('nominal', 5)
     before = drive(simulator, 30)[-1]
     simulator.change_noise(noise_preset('none'))
@@ -89,7 +89,7 @@ def test_other_noise_is_another_robot_in_the_same_place() -> None:
     assert drive(simulator, 30)[-1].joints == simulator.sense().truth_head
 
 
-def test_faults_outlast_other_noise() -> None:
+def test_faults_survive_changed_noise() -> None:
     simulator = make_simulator()
     simulator.faults = SimulatedFaults(stuck_bumper=4)
     simulator.change_noise(noise_preset('harsh'))
@@ -173,7 +173,7 @@ def test_watchdog_stops_the_drive() -> None:
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_the_watchdog_has_stopped_the_drive_from_full_speed_when_its_time_is_over(
+def test_the_watchdog_stops_from_full_speed_within_its_time(
     sign: float,
 ) -> None:
     simulator = make_simulator()
@@ -235,7 +235,7 @@ def test_a_post_hides_an_led() -> None:
     assert image.max() > 60
 
 
-def test_an_old_command_keeps_the_watchdog_waiting_for_less() -> None:
+def test_an_old_command_feeds_the_watchdog_less() -> None:
     stopped_m = []
     for age_s in (0.0, 0.2):
         simulator = make_simulator()

@@ -137,7 +137,7 @@ class GoalReachingControllerNode(Node):
             which = ', '.join(str(i) for i, on in enumerate(pressed) if on)
             self.get_logger().warning(
                 f'bumper {which} has been pressed for {self._pressed_ticks} ticks: stuck, or '
-                'the robot stands at a wall',
+                'the robot is at a wall',
                 throttle_duration_sec=_THROTTLE_S,
             )
 

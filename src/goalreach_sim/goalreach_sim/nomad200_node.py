@@ -44,7 +44,7 @@ class Nomad200Node(Node):
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
     `/bumpers`, `/ground_truth/odom` once in a camera period; `/camera/image_raw/compressed` (JPEG)
-    at most ten times a second of the wall clock, while somebody subscribes to it; `/arena/markers`
+    at most ten times a second of the wall clock, while subscribed to; `/arena/markers`
     once (latched); `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and the acknowledgements of each node in the parameter
     `consumers` (see `AcknowledgementGate`).

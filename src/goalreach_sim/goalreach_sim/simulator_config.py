@@ -277,7 +277,7 @@ class SimulatedFaults(Configuration):
         (), 'Position of a false light: x, y, z in map, m; empty: none', within=(-100.0, 100.0)
     )
     camera_frozen: bool = parameter(False, 'Whether the camera repeats its last image')
-    odometry_frozen: bool = parameter(False, 'Whether the wheel encoders stand still')
+    odometry_frozen: bool = parameter(False, 'Whether the wheel encoders are frozen')
     stuck_bumper: int = parameter(
         -1,
         'Number of the bumper that stays pressed, from 0; -1: none',

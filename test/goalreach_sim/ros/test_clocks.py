@@ -1,4 +1,4 @@
-"""Lockstep over real DDS: which answers count, and who is named when none comes."""
+"""The lockstep clock over real DDS: accepted answers, windows, and reports of silent nodes."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -25,7 +25,7 @@ PERIOD_NS = 40_000_000
 
 @contextmanager
 def lockstep(home: Path, **parameters: object) -> Iterator[RobotGraph]:
-    """Run the robot in lockstep, with this process as all the other nodes."""
+    """Run the robot in lockstep; this process plays all other nodes."""
     with robot_graph(home, clock='lockstep', **parameters) as robot:
         node = robot.node
         for message_type, topic in (
@@ -67,7 +67,7 @@ def test_a_tick_comes_when_both_commands_of_its_stamp_are_there(tmp_path: Path) 
         assert robot.clock_ns == sorted(robot.clock_ns)
 
 
-def test_late_doubled_and_foreign_commands_do_not_count(tmp_path: Path) -> None:
+def test_late_repeated_and_foreign_commands_do_not_count(tmp_path: Path) -> None:
     with lockstep(tmp_path, start_pose='[1.778, 4.0, -1.5708]') as robot:
         answer(robot)
         stamp_ns = robot.clock_ns[-1]
@@ -86,7 +86,7 @@ def test_late_doubled_and_foreign_commands_do_not_count(tmp_path: Path) -> None:
         assert robot.pose.y_m == pytest.approx(4.0)
 
 
-def test_the_silent_one_is_named_and_the_last_tick_sent_again(tmp_path: Path) -> None:
+def test_a_silent_node_is_named_and_the_last_tick_repeated(tmp_path: Path) -> None:
     with lockstep(tmp_path, answer_timeout_s=1.0) as robot:
         answer(robot)
         stamp_ns = robot.clock_ns[-1]
@@ -99,7 +99,7 @@ def test_the_silent_one_is_named_and_the_last_tick_sent_again(tmp_path: Path) ->
         answer(robot)
 
 
-def test_names_the_nodes_that_never_came(tmp_path: Path) -> None:
+def test_names_the_nodes_that_never_started(tmp_path: Path) -> None:
     with robot_graph(tmp_path, clock='lockstep', answer_timeout_s=0.5) as robot:
         robot.wait(lambda: 'lockstep waits for' in robot.log)
         # This process speaks on /cmd_vel and /head/command already; the rest is missing.
@@ -124,7 +124,7 @@ def test_it_is_never_further_ahead_of_a_consumer_than_its_window(tmp_path: Path)
         robot.wait(lambda: robot.clock_ns[-1] > stamp_ns)
         answer(robot)
         acknowledger.destroy()
-        robot.wait(lambda: 'onlooker has ended; the run goes on without it' in robot.log)
+        robot.wait(lambda: 'onlooker has ended; the run continues without it' in robot.log)
         for _ in range(30):
             answer(robot)
 
@@ -154,7 +154,7 @@ def test_a_reset_between_two_ticks_does_not_turn_the_clock_back(tmp_path: Path) 
         assert robot.clock_ns == sorted(set(robot.clock_ns))
 
 
-def test_a_real_node_that_hangs_is_named_and_goes_on_when_it_can(tmp_path: Path) -> None:
+def test_a_node_that_hangs_is_named_and_resumes(tmp_path: Path) -> None:
     domain = graphs.fresh_domain()
     robot_parameters = {'clock': 'lockstep', 'answer_timeout_s': 1.0}
     with ExitStack() as stack:

@@ -1,7 +1,7 @@
-"""Acknowledgement of ticks: flow control between the simulator and those who must miss nothing.
+"""Acknowledgement of ticks: flow control between the simulator and consumers that miss none.
 
-Each consumer has a topic of its own, `/_acknowledged/NAME`, because DDS reports at once who
-publishes a topic but the names of nodes only up to a second later. Names that begin with an
+Each consumer has its own topic, `/_acknowledged/NAME`, because DDS reports the publishers of a
+topic at once but the names of nodes up to a second later. Names that begin with an
 underscore are hidden from `ros2 topic list` and from bags.
 """
 
@@ -52,13 +52,13 @@ class Acknowledger:
         self._publisher.publish(self._message)
 
     def destroy(self) -> None:
-        """Deregister: the simulator goes on without this consumer."""
+        """Deregister: the simulator then continues without this consumer."""
         self._node.destroy_publisher(self._publisher)
 
 
 @dataclass(kw_only=True)
 class _Consumer:
-    """What is known of a consumer; its window is None until it registers."""
+    """State of a consumer; its window is None until it registers."""
 
     topic: str
     window_ticks: int | None = None
@@ -118,11 +118,11 @@ class AcknowledgementGate:
         self._tick_ns = stamp_ns
 
     def forget_lost(self) -> None:
-        """Go on without consumers that have ended; to be called now and then."""
+        """Remove consumers that have ended; to be called periodically."""
         for name, known in list(self._consumers.items()):
             if known.window_ticks is None or self._node.count_publishers(known.topic):
                 continue
-            self._node.get_logger().info(f'{name} has ended; the run goes on without it')
+            self._node.get_logger().info(f'{name} has ended; the run continues without it')
             del self._consumers[name]
             self._on_room()
 
@@ -141,13 +141,13 @@ class AcknowledgementGate:
 def is_subscribed(node: Node, consumer: str, publisher: Publisher[Any]) -> bool:
     """Return whether a registered consumer subscribes to a publisher.
 
-    What is published before it does is lost to it. The consumer is recognised by its process,
-    which owns both endpoints.
+    The consumer would miss what is published earlier. It is recognised by its process, which owns
+    both its acknowledgements and its subscription.
 
     Args:
         node: The node of the publisher.
         consumer: Name of the consumer's node.
-        publisher: What it must be subscribed to.
+        publisher: The publisher.
     """
     topic = node.resolve_topic_name(acknowledgement_topic(consumer))
     processes = {_participant(info) for info in node.get_publishers_info_by_topic(topic)}

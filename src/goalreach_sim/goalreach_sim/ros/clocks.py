@@ -218,7 +218,7 @@ class LockstepClock:
     def _await_graph(self, now_s: float) -> None:
         named = self._node.resolve_topic_name  # counting knows of no remapping
         absent = {
-            who for t, who in _PUBLISHED.items() if not self._node.count_publishers(named(t))
+            node for t, node in _PUBLISHED.items() if not self._node.count_publishers(named(t))
         }
         absent.update(self._gate.absent)
         unheard = [t for t in _SUBSCRIBED if not self._node.count_subscribers(named(t))]
@@ -226,8 +226,8 @@ class LockstepClock:
             self._changed_s = now_s
             if now_s - self._named_s > self._timeout_s:
                 self._named_s = now_s
-                who = ', '.join(sorted(absent) or unheard)
-                self._node.get_logger().warning(f'lockstep waits for {who}')
+                missing = ', '.join(sorted(absent) or unheard)
+                self._node.get_logger().warning(f'lockstep waits for {missing}')
         elif now_s - self._changed_s > _SETTLE_S and not self._paused:
             self._step()
 
@@ -248,12 +248,12 @@ class LockstepClock:
         self._named_s = now_s
         blocking = self._gate.blocking
         if not self._missing and blocking:
-            who, topic = blocking[0], acknowledgement_topic(blocking[0])
+            node, topic = blocking[0], acknowledgement_topic(blocking[0])
         else:
             topic = self._first_unanswered()
-            who = _PUBLISHED[topic]
+            node = _PUBLISHED[topic]
         waited_s = now_s - self._ticked_s
-        self._node.get_logger().error(f'{who} did not answer on {topic} for {waited_s:.0f} s')
+        self._node.get_logger().error(f'{node} did not answer on {topic} for {waited_s:.0f} s')
 
     def _first_unanswered(self) -> str:
         """Return the first topic of the chain from image to command without the last stamp."""

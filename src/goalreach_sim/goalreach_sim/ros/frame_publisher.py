@@ -57,7 +57,7 @@ class CompressedImagePublisher:
     """Publishes JPEG copies of the camera image for viewers.
 
     Publishes `/camera/image_raw/compressed` at most ten times a second of the wall clock, and
-    only while somebody subscribes to it.
+    only while it has subscribers.
 
     Args:
         node: The node that publishes.
@@ -68,7 +68,7 @@ class CompressedImagePublisher:
         self._published_s = -math.inf
 
     def publish_if_due(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
-        """Encode and publish an image where one is due and somebody subscribes.
+        """Encode and publish an image if one is due and has subscribers.
 
         Args:
             image: (height, width), grey values.
