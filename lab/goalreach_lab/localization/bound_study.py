@@ -96,25 +96,28 @@ def one_image_bound(
     azimuth, tilt = HeadTracker(head or HeadConfig()).centre_leds(offsets_m.tolist(), lens)
     projection = project(offsets_m, optical_rotation(azimuth, tilt), lens)
     seen = _in_image(projection, camera)
-    covariance: FloatArray = np.full((3, 3), np.inf)
-    if seen.sum() >= _LEAST_LEDS:
-        by_tilt = projection.by_tilt[seen].reshape(-1)
-        noise = tilt_sigma_rad**2 * np.outer(by_tilt, by_tilt)
-        noise += pixel_sigma_px**2 * np.eye(len(by_tilt))
-        jacobian = _jacobian(projection.by_offset[seen], offsets_m[seen])
-        information = jacobian.T @ np.linalg.solve(noise, jacobian)
-        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
-        covariance[2, 2] += pan_sigma_rad**2
+    covariance = _covariance(projection, offsets_m, seen, (pixel_sigma_px, tilt_sigma_rad))
+    covariance[2, 2] += pan_sigma_rad**2
     return Bound(leds=int(seen.sum()), covariance=covariance)
 
 
-def _jacobian(by_offset: FloatArray, offsets_m: FloatArray) -> FloatArray:
-    """Return the derivatives (2 n, 3) of n pixels by x, y and azimuth of the camera."""
-    turned = np.stack([offsets_m[:, 1], -offsets_m[:, 0]], axis=1)
+def _covariance(
+    projection: Projection,
+    offsets_m: FloatArray,
+    seen: NDArray[np.bool_],
+    sigmas: tuple[float, float],
+) -> FloatArray:
+    """Return the bound of x, y and azimuth for the sigmas of pixels (px) and tilt (rad)."""
+    if seen.sum() < _LEAST_LEDS:
+        return np.full((3, 3), np.inf, dtype=np.float64)
+    by_offset, by_tilt = projection.by_offset[seen], projection.by_tilt[seen].reshape(-1)
+    turned = np.stack([offsets_m[seen, 1], -offsets_m[seen, 0]], axis=1)
     by_azimuth = np.einsum('kpc,kc->kp', by_offset[..., :2], turned)
-    by_pose = np.concatenate([-by_offset[..., :2], by_azimuth[..., None]], axis=2)
-    jacobian: FloatArray = by_pose.reshape(-1, 3)
-    return jacobian
+    jacobian = np.concatenate([-by_offset[..., :2], by_azimuth[..., None]], axis=2)
+    jacobian = jacobian.reshape(-1, 3)
+    noise = sigmas[0] ** 2 * np.eye(len(by_tilt)) + sigmas[1] ** 2 * np.outer(by_tilt, by_tilt)
+    information = jacobian.T @ np.linalg.solve(noise, jacobian)
+    return np.asarray(np.linalg.inv(information), dtype=np.float64)
 
 
 def _in_image(projection: Projection, camera: PinholeCamera) -> NDArray[np.bool_]:
