@@ -47,7 +47,7 @@ def test_one_moment_of_much_work_is_no_growth() -> None:
 def test_of_each_process_the_longest_life_is_compared() -> None:
     killed = samples(1, [100.0 + k for k in range(40)])
     restarted = samples(2, [100.0] * 60, first_s=400.0)
-    brief = samples(3, [100.0] * 15, name='spare')
+    brief = samples(3, [100.0] * 15, name='forkserver')
     (one,) = growths([*killed, *restarted, *brief], 100.0)
     assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 50)
 
@@ -61,8 +61,8 @@ def test_files_are_counted_whosever_they_are() -> None:
     assert files_gained([], 100.0) == 0.0
 
 
-def test_a_spare_that_became_a_node_is_compared_from_then_on() -> None:
-    waiting = samples(1, [40.0] * 5, name='spare')
+def test_a_process_that_became_a_node_is_compared_from_then_on() -> None:
+    waiting = samples(1, [40.0] * 5, name='forkserver')
     driving = samples(1, [100.0] * 95, first_s=50.0)
     (one,) = growths([*waiting, *driving], 100.0)
     assert (one.name, one.memory_share, one.samples) == ('nomad200', 0.0, 85)
