@@ -98,5 +98,5 @@ def _notes(row: BenchRow) -> Iterator[str]:
         yield row.note
 
 
-def _colour(met: bool | None) -> str:  # noqa: FBT001 - what a row says
+def _colour(met: bool | None) -> str:  # noqa: FBT001 - the field of a row
     return {True: 'green', False: 'red', None: ''}[met]

@@ -1,4 +1,4 @@
-"""Kidnapped robots: time to relocalize, and wrong poses trusted meanwhile."""
+"""Kidnapped robots: time to relocalize, and wrong poses trusted until then."""
 
 from __future__ import annotations
 

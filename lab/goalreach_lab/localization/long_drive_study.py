@@ -136,7 +136,7 @@ def _measure(
 
 
 def _restore(checkpoint: Path | None) -> LongDrive | None:
-    """Return the robot of a checkpoint, or None where there is none that can be read."""
+    """Return the robot of a checkpoint, or None without a readable one."""
     try:
         drive = None if checkpoint is None else pickle.loads(checkpoint.read_bytes())  # noqa: S301 - written by this module
     except (OSError, pickle.UnpicklingError, AttributeError, EOFError, ImportError):

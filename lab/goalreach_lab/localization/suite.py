@@ -65,7 +65,7 @@ class Options(DocumentOptions):
 
 
 def execute(options: Options) -> list[BenchRow]:
-    """Measure the cases that are not finished; draw and write what is asked for.
+    """Measure the cases that are not finished; draw the figures and write the document.
 
     Raises:
         GoalreachError: An option is refused or a file cannot be read or written.

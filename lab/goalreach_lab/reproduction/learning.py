@@ -109,7 +109,7 @@ def _config(name: str) -> LearningConfig:
 
 
 def _learn(case: Case, *, seed: int) -> Result:
-    """Return what a batch of seeds learned.
+    """Return the results of a batch of seeds.
 
     Returns:
         'first_trials': for each seed the trial after which its greedy policy always reached the
