@@ -19,6 +19,7 @@ _ORIGIN = len(_LITTLE_ENDIAN)
 _PADDING = (b'', b'\0\0\0', b'\0\0', b'\0')
 """What aligns a text, by the remainder of the length before it divided by four."""
 _STAMP = struct.Struct('<iI')
+_BIG_STAMP = struct.Struct('>iI')
 _STAMP_END = _ORIGIN + _STAMP.size
 
 
@@ -213,7 +214,11 @@ def stamp_of(raw: bytes) -> int:
     Raises:
         MessageError: It is too short to have one.
     """
-    return CdrReader(raw, has_header=False).stamp()
+    if len(raw) < _STAMP_END:
+        raise MessageError(f'a message of {len(raw)} bytes, which is too short')
+    stamp = _STAMP if raw[1] & 1 else _BIG_STAMP
+    sec, nanosec = stamp.unpack_from(raw, _ORIGIN)
+    return int(sec * _NS_PER_S + nanosec)
 
 
 def with_stamp(raw: bytes, stamp_ns: int) -> bytes:

@@ -163,7 +163,7 @@ def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
         executor.add_node(node)
     periodic_gc = PeriodicGc(time.monotonic())
     try:
-        while rclpy.ok() and not stop.requested:
+        while not stop.requested:
             executor.spin_once(timeout_sec=_SPIN_S)
             periodic_gc.collect_if_due(time.monotonic())
     except ExternalShutdownException:
