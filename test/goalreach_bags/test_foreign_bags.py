@@ -141,7 +141,7 @@ def test_records_that_are_not_understood_are_carried_over(tmp_path: Path) -> Non
 
     result = repair_bag(tmp_path / 'bag', replace_files=True)
 
-    assert 'a.mcap: it ends without a footer' in str(result)
+    assert 'a.mcap: it was not closed by its recorder' in str(result)
     assert sorted(file.name for file in path.parent.iterdir()) == ['a.mcap', 'metadata.yaml']
     assert counted(tmp_path / 'bag') == {'/text': COUNT, '/json': COUNT}
     assert UNKNOWN in path.read_bytes()

@@ -25,7 +25,7 @@ from mcap.writer import CompressionType, Writer
 import zstandard
 
 from goalreach_bags.metadata import ROS_DISTRO
-from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
+from goalreach_bags.storage import NO_TIME_NS, NOT_CLOSED, BagError, FileSpan
 from goalreach_bags.topic import BagTopic, parse_offers
 
 MAGIC: Final = b'\x89MCAP0\r\n'
@@ -201,7 +201,7 @@ class McapScan:
         end = size - len(MAGIC) - _FOOTER.size
         stream.seek(max(0, end))
         tail = stream.read()
-        self.damage = 'it ends without a footer'
+        self.damage = NOT_CLOSED
         if end < 0 or not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
             return None
         _, _, start, _, checksum = _FOOTER.unpack_from(tail)

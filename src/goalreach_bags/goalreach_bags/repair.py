@@ -17,7 +17,7 @@ from goalreach_bags.metadata import (
 )
 from goalreach_bags.reader import BagReader, storage_files
 from goalreach_bags.sqlite_file import SqliteScan, is_truncated_database, scan_sqlite
-from goalreach_bags.storage import SUFFIXES, BagError
+from goalreach_bags.storage import NOT_CLOSED, SUFFIXES, BagError
 from goalreach_bags.topic import BagTopic
 from goalreach_bags.writer import FLUSH_S
 
@@ -54,7 +54,7 @@ class RepairResult:
         lost = []
         if self.dropped_bytes:
             lost.append(f'{self.dropped_bytes} bytes of unfinished or damaged records')
-        if self.damage:
+        if NOT_CLOSED in self.damage.values():
             lost.append(f'messages not written yet, of the last {FLUSH_S:g} s')
         found = ''.join(f'; {name}: {problem}' for name, problem in self.damage.items())
         return f'{self.path}: repaired: {holds}; lost: {" and ".join(lost) or "nothing"}{found}'

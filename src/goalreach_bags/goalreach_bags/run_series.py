@@ -17,6 +17,7 @@ from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, RegionConfig, parse_region
 
 Floats = NDArray[np.float64]
@@ -58,7 +59,7 @@ class RunSeries:
 def recorded_arena(bag: BagReader) -> Arena:
     """Return the arena of the run's parameters, the paper's where the bag has none."""
     try:
-        values = yaml.safe_load(bag.metadata.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
+        values = load_yaml(bag.metadata.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
         leds = iter(values['landmarks_m'])
         config = RegionConfig(
             x_knots_m=tuple(values['x_knots_m']),

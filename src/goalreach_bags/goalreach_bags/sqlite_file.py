@@ -15,7 +15,14 @@ from typing import Any, Final
 import zstandard
 
 from goalreach_bags.metadata import METADATA_VERSION, ROS_DISTRO
-from goalreach_bags.storage import NO_TIME_NS, ZSTD_LEVEL, BagError, FileSpan, require_free_space
+from goalreach_bags.storage import (
+    NO_TIME_NS,
+    NOT_CLOSED,
+    ZSTD_LEVEL,
+    BagError,
+    FileSpan,
+    require_free_space,
+)
 from goalreach_bags.topic import BagTopic, offers_to_text, parse_offers
 
 _TABLES: Final = """
@@ -338,7 +345,7 @@ def _damage(path: Path, base: sqlite3.Connection, *, closed: bool) -> str:
     if path.with_name(f'{path.name}-journal').exists() or (
         not closed and _columns(base, 'metadata')
     ):
-        return 'its recorder did not close it'
+        return NOT_CLOSED
     if base.execute('PRAGMA integrity_check(1)').fetchone()[0] != 'ok':
         return 'its index does not match its messages'
     if 'offered_qos_profiles' in _columns(base, 'topics'):

@@ -20,6 +20,9 @@ ZSTD_LEVEL: Final = 1
 NO_TIME_NS: Final = 2**63 - 1
 """Start of a bag without messages, as rosbag2 writes it."""
 
+NOT_CLOSED: Final = 'it was not closed by its recorder'
+"""Damage of a file whose writer died."""
+
 _MARGIN_BYTES: Final = 256 * 1024
 """Left for summary and metadata, and for other processes that write. Chosen."""
 
