@@ -12,6 +12,7 @@ import sys
 from typing import Final
 
 from goalreach_bringup.command import Command
+from goalreach_bringup.launch.child_process import start_fork_server
 from goalreach_bringup.variables import check_variables
 from goalreach_msgs_py.errors import GoalreachError
 
@@ -31,6 +32,8 @@ COMMANDS: Final = (
 ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2')
 _STATUS_INTERRUPTED = 130
 _PROGRAM = 'goalreach'
+_FORKING = ('run',)
+"""Commands that fork nodes: the fork server starts to import before the command does."""
 
 
 def load_command(name: str) -> Command:
@@ -50,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and given[0] in COMMANDS:
+        if given[0] in _FORKING and not {'-h', '--help'}.intersection(given):
+            start_fork_server()
         return run_command(load_command(given[0]), given[0], given[1:])
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,

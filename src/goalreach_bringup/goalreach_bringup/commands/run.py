@@ -14,9 +14,6 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: An option, a file or a parameter is refused, or a node died.
     """
-    from goalreach_bringup.launch.child_process import start_fork_server
-
-    start_fork_server()  # it imports for the nodes while this process imports for itself
     from goalreach_bringup.launch.ros.session import RunSession
 
     return RunSession(options).execute()

@@ -155,8 +155,9 @@ class RunSession:
             remaps=self._options.remaps,
         )
         stop = StopRequest()
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
+            graph.start()
+            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
             monitor = RunMonitor(
                 starts=self._starts,
                 policy=policy,
@@ -165,7 +166,6 @@ class RunSession:
                 first_path=self._learning.first_path if self._learning else 0,
                 remaps=self._options.remaps,
             )
-            graph.start()
             if self._recorder is not None:
                 self._recorder.start(directory, environment, graph.parameters_path)
             if self._page is not None:

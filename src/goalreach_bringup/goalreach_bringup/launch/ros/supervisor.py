@@ -16,7 +16,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
 
-from goalreach_bringup.launch.child_process import ChildProcess, stop_all
+from goalreach_bringup.launch.child_process import ChildProcess, start_fork_server, stop_all
 from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_msgs_py.errors import GoalreachError
@@ -153,6 +153,7 @@ class Graph:
 
     def start(self) -> None:
         """Start the processes."""
+        start_fork_server()
         remove_abandoned()
         write_parameters(self.parameters_path, self._parameters)
         for name in self._modules:
