@@ -152,7 +152,7 @@ def _acquire(step: Step, config: LocalizerConfig, timings: InterleavedTimings) -
 
 
 class _Peers:
-    """The other methods, as far as they are installed.
+    """The other methods.
 
     Args:
         config: Configuration of the localizer.
@@ -166,9 +166,7 @@ class _Peers:
         self._config, self._noise, self._timings = config, noise, timings
         self._camera = SimulatorConfig().calibrated_camera
         self._blobs = BlobsAndP3P(config, self._camera)
-        self._squares: SpotsAndLeastSquares | None = None
-        if SpotsAndLeastSquares.is_installed():
-            self._squares = SpotsAndLeastSquares(config, self._camera, noise)
+        self._squares = SpotsAndLeastSquares(config, self._camera, noise)
         self._ekf: FilterpyEkf | None = None
 
     def solve(self, step: Step) -> bool:
@@ -180,8 +178,7 @@ class _Peers:
         if labelled is None or not self._solve_squares(step, leds_px):
             return False
         self._solve_p3p(labelled, step)
-        if FilterpyEkf.is_installed():
-            self._filter(step)
+        self._filter(step)
         return True
 
     def _solve_p3p(self, pixels_px: FloatArray, step: Step) -> None:
@@ -193,8 +190,6 @@ class _Peers:
 
     def _solve_squares(self, step: Step, leds_px: FloatArray) -> bool:
         squares, timings, frame = self._squares, self._timings, step.frame
-        if squares is None:
-            return True
         spots = timings.time(LEAST_SQUARES, lambda: squares.detector.in_frame(frame.image))
         pixels_px = self._blobs.assign(spots.pixels_px, leds_px)
         if pixels_px is None:

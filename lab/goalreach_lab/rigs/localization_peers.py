@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from typing import Any
 
 import cv2
+from filterpy.kalman import ExtendedKalmanFilter
 import numpy as np
+from scipy.optimize import least_squares
 
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
@@ -99,20 +100,12 @@ class SpotsAndLeastSquares:
     """
 
     def __init__(self, config: LocalizerConfig, camera: PinholeCamera, noise: NoiseModel) -> None:
-        from scipy.optimize import least_squares
-
-        self._least_squares = least_squares
         self._lens = Lens.of_camera(camera)
         self._places_m = config.landmark_array_m
         self._height_m = config.camera_height_m
         self.detector = SpotDetector(
             config.detection, spot_sigma_px=noise.spot_sigma_px, read_noise_dn=noise.read_noise_dn
         )
-
-    @staticmethod
-    def is_installed() -> bool:
-        """Return whether scipy can be imported; it is in the extra `bench`."""
-        return importlib.util.find_spec('scipy') is not None
 
     def solve(self, pixels_px: FloatArray, joints: HeadAngles, near: Pose2) -> Pose2:
         """Return the pose.
@@ -131,7 +124,7 @@ class SpotsAndLeastSquares:
             return seen.reshape(-1)
 
         begin = np.array([near.x_m, near.y_m, near.heading_rad])
-        x_m, y_m, heading = self._least_squares(residuals, begin, method='lm').x.tolist()
+        x_m, y_m, heading = least_squares(residuals, begin, method='lm').x.tolist()
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=wrap_angle(heading))
 
 
@@ -148,8 +141,6 @@ class FilterpyEkf:
     def __init__(
         self, config: LocalizerConfig, camera: PinholeCamera, noise: NoiseModel, start: Pose2
     ) -> None:
-        from filterpy.kalman import ExtendedKalmanFilter
-
         self._ekf = ExtendedKalmanFilter(dim_x=3, dim_z=6)
         self._ekf.x = np.array([start.x_m, start.y_m, start.heading_rad])
         self._ekf.P = np.diag([0.05**2, 0.05**2, 0.01**2])
@@ -164,11 +155,6 @@ class FilterpyEkf:
         )
         self._joints = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
         self._odometry: Pose2 | None = None
-
-    @staticmethod
-    def is_installed() -> bool:
-        """Return whether filterpy can be imported; it is in the extra `bench`."""
-        return importlib.util.find_spec('filterpy') is not None
 
     def see(self, image: Image, joints: HeadAngles, odometry: Pose2) -> Pose2:
         """Update by one image; return the pose.
