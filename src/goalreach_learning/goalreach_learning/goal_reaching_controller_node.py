@@ -39,10 +39,9 @@ from goalreach_msgs_py.ros.messaging import (
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.sensor_messages import bumpers_from_raw
-from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, PATH, Q_TABLE, STATE, TRANSITION
+from goalreach_msgs_py.topics import BUMPERS, CMD_VEL, CONTROLLER, PATH, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Pose2, RegionState, Twist2
 
-_NAME = 'goal_reaching_controller'
 _THROTTLE_S = 5.0
 _PATH_TICKS = 25
 _POSE_TICKS = 5
@@ -61,7 +60,7 @@ class GoalReachingControllerNode(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__(_NAME)
+        super().__init__(CONTROLLER)
         self._mission = NodeConfig(self, MissionConfig).value
         config = NodeConfig(self, ControllerConfig, live=('mode',), on_change=self._on_config)
         rng = np.random.default_rng([self._mission.seed, self._mission.first_path])
@@ -208,7 +207,7 @@ class GoalReachingControllerNode(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_nodes(_NAME, [GoalReachingControllerNode]))
+    raise SystemExit(run_nodes(CONTROLLER, [GoalReachingControllerNode]))
 
 
 if __name__ == '__main__':

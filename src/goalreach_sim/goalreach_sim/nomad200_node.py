@@ -21,7 +21,14 @@ from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RELIABLE_QOS, subscribe
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.sensor_messages import head_from_raw
-from goalreach_msgs_py.topics import CMD_VEL, HEAD_COMMAND, MARKERS, PAUSE_SERVICE, RESET_SERVICE
+from goalreach_msgs_py.topics import (
+    CMD_VEL,
+    HEAD_COMMAND,
+    MARKERS,
+    PAUSE_SERVICE,
+    RESET_SERVICE,
+    ROBOT,
+)
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
 from goalreach_sim.ros.command_guard import CommandGuard
@@ -35,7 +42,6 @@ from goalreach_sim.simulator_config import (
     TimeConfig,
 )
 
-_NAME = 'nomad200'
 CommandT = TypeVar('CommandT')
 
 
@@ -55,7 +61,7 @@ class Nomad200Node(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__(_NAME)
+        super().__init__(ROBOT)
         live = ['start_pose', *(f'noise.{field.name}' for field in fields(NoiseModel))]
         self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
@@ -184,7 +190,7 @@ class Nomad200Node(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_nodes(_NAME, [Nomad200Node]))
+    raise SystemExit(run_nodes(ROBOT, [Nomad200Node]))
 
 
 if __name__ == '__main__':
