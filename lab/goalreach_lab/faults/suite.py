@@ -78,7 +78,7 @@ def execute(options: Options) -> list[BenchRow]:
         outcomes = [one for one in read_outcomes(results, options.speed) if one.kind in chosen]
     summaries = summarise_kinds(outcomes)
     if options.out is not None:
-        command = f'goalreach bench faults --seed {options.seed} --times {options.times}'
+        command = f'python3 scripts/bench.py faults --seed {options.seed} --times {options.times}'
         note = textwrap.fill(options.note, _WIDTH)
         values = {'command': command, 'note': note, 'table': outcome_table(summaries)}
         write_document(options.out, _TEMPLATE, values)

@@ -33,6 +33,7 @@ GROUPS: Final[Mapping[str, str]] = {
 """Module and function of each group of rows that are measured together."""
 
 _TEMPLATE: Final = Path(__file__).with_name('performance.md')
+_COMMAND: Final = 'python3 scripts/bench.py'
 _PROFILED_PATHS: Final = 22
 _HEADINGS: Final = ('measure', 'ours', 'reference', 'ratio', 'goal', 'met', 'n', 'notes')
 
@@ -87,7 +88,7 @@ def write_performance(path: Path, rows: Mapping[str, Sequence[BenchRow]], budget
     scale = '' if budget.scale == 1.0 else f' --scale {budget.scale:g}'
     tables = {name: _table(rows[name]) if name in rows else None for name in GROUPS}
     values = {
-        'command': f'goalreach bench --seed {budget.seed}{scale} --out docs/PERFORMANCE.md',
+        'command': f'{_COMMAND} --seed {budget.seed}{scale} --out docs/PERFORMANCE.md',
         'machine': machine(),
         'goals_met': goals_met(chain.from_iterable(rows.values())),
         'profile': _profile_table(budget) if 'driving' in rows else None,
