@@ -1,10 +1,10 @@
 """Train DQN and PPO of stable-baselines3 on the goal-reaching environment.
 
-Needs stable-baselines3, which draws in torch: `pip install 'goalreach[sb3]'`. Then:
+Needs stable-baselines3, which installs torch: `pip install 'goalreach[sb3]'`. Then:
 
     python examples/stable_baselines3_agents.py --agent dqn --steps 20000 --seed 0
 
-The agent sees the region alone, as the paper's table does, and chooses one of eight headings.
+The agent observes the region alone, like the paper's table, and chooses one of eight headings.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 import gymnasium
 from stable_baselines3 import DQN, PPO
 
-from goalreach_learning.gym_environment import ENVIRONMENT_ID
-from goalreach_msgs_py.arena import Arena
+import goalreach
 
-# Chosen by hand for short episodes of one to ten steps; everything else is the library's default.
+_ENVIRONMENT = 'goalreach/GoalReach-v0'
+# Chosen by hand for short episodes of one to ten steps; all others are the library's defaults.
 _DQN: dict[str, Any] = {
     'learning_rate': 1e-3,
     'learning_starts': 200,
@@ -32,15 +32,15 @@ _PPO: dict[str, Any] = {'n_steps': 256, 'gamma': 0.9, 'ent_coef': 0.01}
 
 
 def make_agent(name: str, *, seed: int, observation: str = 'region') -> Any:  # noqa: ANN401 - DQN or PPO
-    """Return an agent that has learned nothing yet.
+    """Return an untrained agent.
 
     Args:
         name: 'dqn' or 'ppo'.
         seed: Seed of the agent and of its environment.
-        observation: What it sees, one of the environment's kinds.
+        observation: Kind of its observations, see the environment.
     """
     env = gymnasium.make(
-        ENVIRONMENT_ID, observation=observation, start_jitter_m=0.05, overshoot_m=0.05
+        _ENVIRONMENT, observation=observation, start_jitter_m=0.05, overshoot_m=0.05
     )
     kind, settings = (DQN, _DQN) if name == 'dqn' else (PPO, _PPO)
     return kind('MlpPolicy', env, seed=seed, device='cpu', verbose=0, **settings)
@@ -50,12 +50,12 @@ def successes(agent: Any, *, observation: str = 'region') -> list[bool]:  # noqa
     """Return, for each start of the paper, whether the agent's best actions reach the goal.
 
     Args:
-        agent: Whatever has `predict`.
-        observation: What it was trained to see.
+        agent: An agent with a method `predict`.
+        observation: Kind of observations it was trained on.
     """
-    env = gymnasium.make(ENVIRONMENT_ID, observation=observation)
+    env = gymnasium.make(_ENVIRONMENT, observation=observation)
     reached = []
-    for start in range(len(Arena().starts)):
+    for start in range(len(goalreach.Arena().starts)):
         seen, info = env.reset(seed=0, options={'start': start})
         ended = False
         while not ended:
@@ -67,7 +67,7 @@ def successes(agent: Any, *, observation: str = 'region') -> list[bool]:  # noqa
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Train, then try every start; return 0 where all reach the goal, else 1."""
+    """Train, then drive from every start; return 0 if all reach the goal, else 1."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--agent', choices=('dqn', 'ppo'), default='dqn')
     parser.add_argument('--steps', type=int, default=20_000, help='actions to learn from')

@@ -7,7 +7,7 @@ import pytest
 
 from goalreach_bringup.cli import main
 from goalreach_evaluation.choices import arena_names, arena_path, choose_arena, choose_policy
-from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
+from goalreach_evaluation.evaluation import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.kinematic_drive import greedy_successes

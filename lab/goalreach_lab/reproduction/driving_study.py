@@ -12,8 +12,8 @@ import numpy as np
 
 from goalreach_evaluation.choices import arena_names, choose_arena, choose_policy
 from goalreach_evaluation.drive import InProcessDrive
+from goalreach_evaluation.evaluation import SESSION_PATHS, EvaluationPlan, drive_session
 from goalreach_evaluation.path_metrics import PathResult
-from goalreach_evaluation.sessions import SESSION_PATHS, EvaluationPlan, drive_session
 from goalreach_evaluation.starts import RunSeeds, border_starts, random_starts
 from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_learning.controller_config import ControllerConfig

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
+from goalreach_evaluation.evaluation import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_lab.localization.speed_study import speed_study
 from goalreach_lab.row import BenchRow, Goal

@@ -10,10 +10,16 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
     from goalreach_evaluation.drive import DriveFrame, InProcessDrive
-    from goalreach_evaluation.evaluation import Evaluation, EvaluationRequest, evaluate
+    from goalreach_evaluation.evaluation import (
+        Evaluation,
+        EvaluationPlan,
+        EvaluationRequest,
+        SessionResult,
+        drive_sessions,
+        evaluate,
+    )
     from goalreach_evaluation.path_metrics import PathMeter, PathResult, PathTally, wilson_interval
     from goalreach_evaluation.results_file import ResultsFile
-    from goalreach_evaluation.sessions import EvaluationPlan, SessionResult, drive_sessions
     from goalreach_evaluation.starts import RunSeeds, border_starts, choose_starts, random_starts
     from goalreach_evaluation.summary_file import RecordedRun, read_recorded_run
     from goalreach_evaluation.sweep import SweepCase, drive_case, run_cases
@@ -21,10 +27,16 @@ if TYPE_CHECKING:
 _EXPORTS = {
     'choices': ('choose_arena', 'choose_noise', 'choose_policy'),
     'drive': ('DriveFrame', 'InProcessDrive'),
-    'evaluation': ('Evaluation', 'EvaluationRequest', 'evaluate'),
+    'evaluation': (
+        'Evaluation',
+        'EvaluationPlan',
+        'EvaluationRequest',
+        'SessionResult',
+        'drive_sessions',
+        'evaluate',
+    ),
     'path_metrics': ('PathMeter', 'PathResult', 'PathTally', 'wilson_interval'),
     'results_file': ('ResultsFile',),
-    'sessions': ('EvaluationPlan', 'SessionResult', 'drive_sessions'),
     'starts': ('RunSeeds', 'border_starts', 'choose_starts', 'random_starts'),
     'summary_file': ('RecordedRun', 'read_recorded_run'),
     'sweep': ('SweepCase', 'drive_case', 'run_cases'),

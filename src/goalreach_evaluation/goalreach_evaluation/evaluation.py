@@ -1,17 +1,27 @@
-"""An evaluation from start to finish: the request, the drives, the summary."""
+"""Evaluations: many paths on many processes, from the request to the summary.
+
+Paths are driven in sessions. A session is one robot, with sensor errors of its own, that drives up
+to 22 paths. It depends on its number and the seed alone, so the result does not depend on the
+number of processes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import cached_property
+import functools
+import multiprocessing
 from pathlib import Path
 import time
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
 
 from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
+from goalreach_evaluation.drive import InProcessDrive
 from goalreach_evaluation.path_metrics import PathResult, PathTally
-from goalreach_evaluation.sessions import EvaluationPlan, SessionResult, drive_sessions
 from goalreach_evaluation.starts import RunSeeds, choose_starts
 from goalreach_evaluation.summary_file import summarise, write_summary
 from goalreach_learning.controller_config import ControllerConfig
@@ -20,6 +30,95 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import Pose2
+
+SESSION_PATHS: Final = 22
+"""Paths of one session. Chosen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluationPlan:
+    """Everything that determines the paths of an evaluation.
+
+    Attributes:
+        arena: The arena.
+        noise: Errors of the sensors.
+        policy: The policy to drive.
+        controller: Configuration of the controller.
+        starts: Starting poses, one path each.
+        seed: Seed of every random draw.
+    """
+
+    arena: Arena
+    noise: NoiseModel
+    policy: Policy
+    controller: ControllerConfig
+    starts: Sequence[Pose2]
+    seed: int
+
+    @property
+    def sessions(self) -> int:
+        """Number of sessions."""
+        return -(-len(self.starts) // SESSION_PATHS)
+
+    def session_drive(self, number: int) -> InProcessDrive:
+        """Return the drive of a session, with a robot of its own."""
+        return InProcessDrive(
+            arena=self.arena,
+            noise=self.noise,
+            policy=self.policy,
+            controller=self.controller,
+            seed=np.random.SeedSequence(self.seed, spawn_key=(number,)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionResult:
+    """The paths of one session in order, and its number of camera frames."""
+
+    paths: tuple[PathResult, ...]
+    frames: int
+
+
+def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
+    """Drive one session of a plan.
+
+    Args:
+        plan: The evaluation.
+        number: Number of the session, from 0.
+    """
+    first = number * SESSION_PATHS
+    drive = plan.session_drive(number)
+    paths = tuple(
+        drive.drive(start, path=first + index)
+        for index, start in enumerate(plan.starts[first : first + SESSION_PATHS])
+    )
+    return SessionResult(paths=paths, frames=drive.frames)
+
+
+def drive_sessions(
+    plan: EvaluationPlan, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
+) -> list[SessionResult]:
+    """Drive every session of a plan.
+
+    Args:
+        plan: The evaluation.
+        jobs: Number of processes.
+        progress: Called with the number of paths that each finished session adds.
+
+    Returns:
+        The sessions in order.
+    """
+    results: list[SessionResult] = []
+    with ExitStack() as stack:
+        run: Callable[..., Iterator[SessionResult]] = map
+        if jobs > 1:
+            context = multiprocessing.get_context('spawn')
+            pool = ProcessPoolExecutor(max_workers=jobs, mp_context=context)
+            run = stack.enter_context(pool).map
+        for result in run(functools.partial(drive_session, plan), range(plan.sessions)):
+            results.append(result)
+            progress(len(result.paths))
+    return results
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +141,7 @@ class EvaluationRequest:
     mode: str = 'fuzzy'
     seed: int = 0
 
-    @cached_property
+    @functools.cached_property
     def plan(self) -> EvaluationPlan:
         """The request with names resolved, files read, and a policy learned if none is given.
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from goalreach_bringup.cli import main
-from goalreach_evaluation.sessions import EvaluationPlan, drive_sessions
+from goalreach_evaluation.evaluation import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
