@@ -1,4 +1,4 @@
-"""Angles in radians, counter-clockwise, wrapped to (-pi, pi] (REP-103)."""
+"""Angles in radians, counter-clockwise, wrapped to (-pi, pi] (REP-103); inches in metres."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ BODY_RADIUS_M = 0.225
 """Radius of the bumper ring as a driver author measured it (Player, drivers/mixed/nomad)."""
 
 _LANDMARKS_IN = ((35.0, 0.0, 56.0), (70.0, 20.0, 72.0), (105.0, 0.0, 64.0))
-# Chosen, not from the paper, which names three LEDs but not their places: the middle one on a
-# bracket 20 in proud of the goal wall and above the robot, since its depth is the strongest lever
-# on accuracy (Cramer-Rao bound of the position: three times better than a flat triangle).
+# Chosen: the paper names three LEDs but not their positions. The middle one is on a bracket 20 in
+# in front of the goal wall and above the robot, since its depth has the strongest effect on
+# accuracy (Cramer-Rao bound of the position: three times better than three LEDs in one plane).
 DEFAULT_LANDMARKS_M = tuple(
     tuple(round(coordinate * INCH_M, 6) for coordinate in led) for led in _LANDMARKS_IN
 )
@@ -37,7 +37,7 @@ _START_CLEARANCE_M = 0.1
 _FACING_GOAL_WALL_RAD = -math.pi / 2
 _MINIMUM_LANDMARKS = 3
 _LARGEST_M = 100.0
-"""Largest arena that the nodes accept; chosen."""
+"""Longest side of an arena that the nodes accept. Chosen."""
 
 
 def paper_starts(
@@ -51,15 +51,15 @@ def paper_starts(
     """Return starting poses at the borders of an arena, facing the goal wall.
 
     The paper has "22 different points at the borders of the environment" and no coordinates.
-    Here they stand evenly on the rectangle 0.1 m inside the free floor, counter-clockwise from
-    the goal wall, the part of it inside the goal region left out.
+    Here they are spaced evenly along the rectangle 0.1 m inside the free floor, counter-clockwise
+    from the goal wall, without the part inside the goal region.
 
     Args:
         width_m: Arena size along x.
         length_m: Arena size along y.
         body_radius_m: Radius of the robot.
-        regions: The region map whose goal is left out; the default map if None.
-        count: How many; 22 in the paper.
+        regions: The region map whose goal is excluded; the default map if None.
+        count: Number of poses; 22 in the paper.
     """
     regions = regions or RegionMap()
     inset = body_radius_m + _START_CLEARANCE_M
@@ -95,7 +95,7 @@ def check_size(name: str, size_m: float) -> None:
 
 
 def _end_of_gap(outside: NDArray[np.bool_]) -> int:
-    """Return the index of the first sample after the goal region, or 0 where it is not met."""
+    """Return the index of the first sample after the goal region; 0 where none is inside it."""
     rising = np.flatnonzero(outside & ~np.roll(outside, 1))
     return int(rising[-1]) if len(rising) else 0
 
@@ -110,10 +110,10 @@ class Arena:
         landmarks_m: (x, y, z) of each LED in `map`.
         regions: The region map; its outer knots are the walls.
         starts: Poses from which paths begin.
-        name: What it is called.
+        name: Name for people.
 
     Raises:
-        ConfigurationError: A part does not fit the others; the line names it.
+        ConfigurationError: A field is impossible or contradicts another; the line names it.
     """
 
     width_m: float = WIDTH_M

@@ -1,7 +1,7 @@
-"""The pinhole camera on its turret, pan and tilt, shared by simulator and localizer.
+"""The pinhole camera on its turret, pan and tilt joints, shared by simulator and localizer.
 
 Frames: `map` with z up; `camera_optical_frame` with x right, y down, z forward (REP-103). The
-optical centre sits on the robot's vertical axis, so turning the head never moves it.
+optical centre is on the robot's vertical axis, so turning the head never moves it.
 """
 
 from __future__ import annotations
@@ -16,13 +16,11 @@ from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray, HeadAngles
 
 _NEAREST_M = 1e-3
-# Depth from which on a point counts as in front of the camera; chosen.
-
-_LEAST_PX, _MOST_PX = 0.01, 1e7
-# Sizes and focal lengths that a camera can have; chosen, wide.
-
-_MOST_DISTORTION = 1e3
-# Largest term of a lens; chosen, wide.
+"""Smallest depth of a point in front of the camera. Chosen."""
+_MINIMUM_PX, _MAXIMUM_PX = 0.01, 1e7
+"""Range of sizes and focal lengths. Chosen to include every camera."""
+_MAXIMUM_DISTORTION = 1e3
+"""Largest distortion term. Chosen to include every lens."""
 
 _Number = TypeVar('_Number', float, FloatArray)
 
@@ -50,17 +48,17 @@ class PinholeCamera:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what no camera has."""
+        """Check sizes, focal lengths, principal point and distortion."""
         for name in ('width_px', 'height_px', 'fx_px', 'fy_px'):
             value = getattr(self, name)
-            if not _LEAST_PX <= value <= _MOST_PX:
-                allowed = f'a number in [{_LEAST_PX:g}, {_MOST_PX:g}]'
+            if not _MINIMUM_PX <= value <= _MAXIMUM_PX:
+                allowed = f'a number in [{_MINIMUM_PX:g}, {_MAXIMUM_PX:g}]'
                 raise ConfigurationError(name, value, allowed)
         for name in ('cx_px', 'cy_px'):
-            if not abs(getattr(self, name)) <= _MOST_PX:
+            if not abs(getattr(self, name)) <= _MAXIMUM_PX:
                 raise ConfigurationError(name, getattr(self, name), 'a finite number of pixels')
-        if not all(abs(term) <= _MOST_DISTORTION for term in self.distortion):
-            raise ConfigurationError('distortion', self.distortion, 'finite numbers of a lens')
+        if not all(abs(term) <= _MAXIMUM_DISTORTION for term in self.distortion):
+            raise ConfigurationError('distortion', self.distortion, 'finite numbers')
 
     @classmethod
     def from_field_of_view(
@@ -132,7 +130,7 @@ class PinholeCamera:
 
 
 def camera_azimuth(heading_rad: float, head: HeadAngles) -> float:
-    """Return the azimuth of the optical axis in `map`: heading + turret + pan (not wrapped)."""
+    """Return the azimuth of the optical axis in `map`: heading + turret + pan, not wrapped."""
     return heading_rad + head.turret_rad + head.pan_rad
 
 

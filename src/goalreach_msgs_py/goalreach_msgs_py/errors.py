@@ -1,15 +1,15 @@
-"""Errors that a user can cause and a user can mend."""
+"""Errors that a user can cause and correct."""
 
 from __future__ import annotations
 
 import reprlib
 
 _LONGEST = 1000
-"""Characters of a line that tells of a mistake; chosen."""
+"""Longest error message, characters. Chosen."""
 
 
 def _bounded() -> reprlib.Repr:
-    """Return what shows a value in bounded time: a small file can describe a huge one."""
+    """Return a `Repr` of bounded time and length: a small file can describe a huge value."""
     shown = reprlib.Repr()
     shown.maxlevel = 3
     shown.maxtuple = shown.maxlist = shown.maxdict = 24
@@ -28,12 +28,12 @@ def one_line(text: object) -> str:
 
 
 def one_line_repr(value: object) -> str:
-    """Return how a value is written in Python, shortened where it is long."""
+    """Return the `repr` of a value, shortened where it is long."""
     return one_line(_REPR.repr(value))
 
 
 class GoalreachError(Exception):
-    """A mistake in what a user gave: its text is one clear line, shown without a traceback.
+    """Invalid input of a user: its text is one clear line, shown without a traceback.
 
     Attributes:
         status: Exit status of a command that ends with it.
@@ -60,7 +60,7 @@ class ConfigurationError(GoalreachError):
 
 
 class FileFormatError(GoalreachError):
-    """A file that is not what it should be.
+    """A file that cannot be used.
 
     Args:
         path: The file as the user named it.
@@ -75,4 +75,4 @@ class FileFormatError(GoalreachError):
 
 
 class CommandError(GoalreachError):
-    """A topic, node, type, value or service that is not there or does not fit."""
+    """A topic, node, type, value or service that does not exist or does not match."""

@@ -1,7 +1,7 @@
-"""How far the sensors may be wrong: drawn by the simulator, assumed by the localizer.
+"""Sensor noise and errors: drawn by the simulator, assumed by the localizer.
 
-The figures of `nominal` are chosen, not from the paper, which gives none; they are what a
-careful laboratory set-up of this kind has. `harsh` doubles them, `none` is a perfect machine.
+The values of `nominal` are chosen, since the paper gives none: those of a careful laboratory
+set-up of this kind. `harsh` doubles them, `none` has no errors at all.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from goalreach_msgs_py.parameters import Configuration, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseModel(Configuration):
-    """Standard deviations (per run where called an error or bias, per sample where a noise)."""
+    """Standard deviations: of one draw per run (error, bias) or one per sample (noise)."""
 
     read_noise_dn: float = parameter(
         1.5, 'Camera read noise per pixel, grey values (1 sigma)', within=(0.0, 50.0)
@@ -64,7 +64,10 @@ NOISE_PRESETS: Final = ('none', 'nominal', 'harsh')
 
 
 def noise_preset(name: str) -> NoiseModel:
-    """Return a preset by name.
+    """Return a preset.
+
+    Args:
+        name: `none`, `nominal` or `harsh`.
 
     Raises:
         ConfigurationError: There is no such preset.

@@ -81,7 +81,7 @@ class RegionMap:
             if not finite or any(b < a for a, b in itertools.pairwise(knots)):
                 raise ConfigurationError(name, knots, 'six ascending finite numbers')
             if not knots[0] < (knots[1] + knots[2]) / 2 < (knots[3] + knots[4]) / 2 < knots[5]:
-                raise ConfigurationError(name, knots, 'knots that leave each region some room')
+                raise ConfigurationError(name, knots, 'knots that leave no region empty')
         if len(self.goal) != 2 or not all(0 <= index <= 2 for index in self.goal):  # noqa: PLR2004
             raise ConfigurationError('goal', self.goal, 'two indices in 0..2')
 
@@ -118,7 +118,7 @@ def _borders(knots: tuple[float, ...]) -> tuple[float, float, float, float]:
 
 
 def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, float]:
-    """Return how far a value belongs to each of three fuzzy sets.
+    """Return the degree of membership of a value in each of three fuzzy sets.
 
     Fig. 5 of the paper: the first set is full on [k0, k1] and fades to the second on [k1, k2],
     the second is full on [k2, k3] and fades to the third on [k3, k4], the third is full on
@@ -129,7 +129,7 @@ def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, flo
         knots: Six ascending numbers.
 
     Returns:
-        Memberships in [0, 1] whose sum is one; at most two are above zero.
+        Memberships in [0, 1] whose sum is one; at most two are positive.
 
     >>> memberships(2.5, (0.0, 1.0, 3.0, 5.0, 7.0, 8.0))
     (0.25, 0.75, 0.0)

@@ -1,4 +1,4 @@
-"""Names on the wire: topics, services, frames and joints, each written once."""
+"""Names of topics, services, frames, joints and nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The values that travel through the system, in the order in which they do."""
+"""The values passed between the parts of the system, in the order of the data flow."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Twist2:
 
 @dataclass(frozen=True, kw_only=True)
 class Odometry:
-    """What the wheel encoders say: pose in `odom` and velocity."""
+    """Pose in `odom` and velocity, as measured by the wheel encoders."""
 
     pose: Pose2
     twist: Twist2
@@ -38,7 +38,7 @@ class Odometry:
 
 @dataclass(frozen=True, kw_only=True)
 class HeadAngles:
-    """Joint angles of the camera's carriers, radians.
+    """Joint angles between base and camera, radians.
 
     Zero with the camera level along the drive heading; turret and pan count counter-clockwise
     seen from above, tilt counts upward.
@@ -51,7 +51,7 @@ class HeadAngles:
 
 @dataclass(frozen=True, kw_only=True)
 class LandmarkObservation:
-    """Where one LED was seen: pixel coordinates of its centre and its peak grey value.
+    """One LED in an image: pixel coordinates of its centre, and its peak grey value.
 
     Pixel (0, 0) is the centre of the top-left pixel; u to the right, v down.
     """
@@ -79,7 +79,7 @@ Region = tuple[int, int]
 
 
 class Confidence(enum.Enum):
-    """How far a state may be trusted; maps to the levels of diagnostic_msgs."""
+    """Reliability of a state; maps to the levels of diagnostic_msgs."""
 
     OK = 'ok'
     UNCERTAIN = 'uncertain'
@@ -109,7 +109,7 @@ class RegionState:
 
 
 class PathOutcome(enum.Enum):
-    """How a path ended, as the controller sees it (it does not know the truth)."""
+    """Outcome of a path as the controller sees it, without the truth."""
 
     GOAL = 'goal'
     BUMP = 'bump'

@@ -6,15 +6,9 @@ from importlib import resources
 import os
 from typing import Final
 
-_PROFILE = 'fastdds.xml'
+_CONFIG: Final = resources.files('goalreach_msgs_py') / 'config'
 
-
-_NETWORK_PROFILE = 'fastdds_network.xml'
-
-
-DISCOVERY_PROFILE: Final = str(
-    resources.files('goalreach_msgs_py') / 'config' / 'fastdds_discovery.xml'
-)
+DISCOVERY_PROFILE: Final = str(_CONFIG / 'fastdds_discovery.xml')
 """Profile of short-lived participants, such as the `ros2` commands and the recorder."""
 
 
@@ -22,18 +16,16 @@ def fast_dds_profile(*, network: bool = False) -> str:
     """Return the path of the Fast DDS profile of the graph.
 
     Args:
-        network: Whether other machines may take part; else it is private to this one.
+        network: Whether other machines may take part; otherwise it is private to this one.
     """
-    name = _NETWORK_PROFILE if network else _PROFILE
-    return str(resources.files('goalreach_msgs_py') / 'config' / name)
+    return str(_CONFIG / ('fastdds_network.xml' if network else 'fastdds.xml'))
 
 
 def open_to_network() -> str:
-    """Open the graphs of this process to the network; return the line that tells what it means."""
+    """Open the graphs of this process to the network; return a warning for the user."""
     os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = fast_dds_profile(network=True)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     return (
-        f'--network: every machine that reaches this one can see the camera, drive the robot and '
-        f'change parameters in ROS_DOMAIN_ID {domain}; nothing is encrypted and nobody is asked '
-        'who he is'
+        '--network: every machine that can reach this one may see the camera, drive the robot and '
+        f'change parameters in ROS_DOMAIN_ID {domain}, unencrypted and without authentication'
     )

@@ -1,4 +1,4 @@
-"""From the name of an interface, as a user writes it, to its Python class."""
+"""Python classes of messages and services by the names of their types."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def message_class(name: str) -> Any:
 
 
 def service_class(name: str) -> Any:
-    """Return the class of a service, which has the attributes `Request` and `Response`.
+    """Return the class of a service, with its attributes `Request` and `Response`.
 
     Args:
         name: `package/srv/Name`, or `package/Name` for short.
@@ -41,17 +41,17 @@ def service_class(name: str) -> Any:
 
 
 def full_type_name(name: str, kind: str) -> str:
-    """Return `package/kind/Name` for `package/Name`, and any other name as it is.
+    """Return `package/kind/Name` for `package/Name`, and any other name unchanged.
 
     Args:
-        name: As the user wrote it.
+        name: The type's name.
         kind: `msg` or `srv`.
     """
     return name.replace('/', f'/{kind}/') if name.count('/') == 1 else name
 
 
 def _find(name: str, kind: str) -> Any:
-    """Return what `package.kind` calls by that name, None where there is nothing."""
+    """Return the class, or None where there is none."""
     parts = full_type_name(name, kind).split('/')
     if len(parts) != 3 or not all(part.isidentifier() for part in parts):  # noqa: PLR2004
         return None
