@@ -29,7 +29,7 @@ import graphs
 pytestmark = pytest.mark.graph
 
 _DEEP = QoSProfile(depth=500)
-_SURE_M = 0.1
+_CERTAIN_M = 0.1
 _WATCH = """
 window.seen = [];
 const text = (name) => document.querySelector(`[data-testid="${name}"]`).textContent;
@@ -104,14 +104,15 @@ def test_the_robot_moves(page: Page) -> None:
 
 
 def test_the_estimate_is_the_topics(run: Run, page: Page) -> None:
-    heard: list[Any] = []
-    graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, heard)
-    assert run.serve_until(lambda: len(heard) > 3, 10.0)
+    messages: list[Any] = []
+    graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, messages)
+    assert run.serve_until(lambda: len(messages) > 3, 10.0)
     page.driver.execute_script(_WATCH)
-    run.serve_until(lambda: len(heard) > 60, 20.0)
+    run.serve_until(lambda: len(messages) > 60, 20.0)
     seen = page.driver.execute_script('return window.seen')
     poses = {
-        stamp_from_msg(m.header.stamp): estimate_from_raw(serialize_message(m)).pose for m in heard
+        stamp_from_msg(m.header.stamp): estimate_from_raw(serialize_message(m)).pose
+        for m in messages
     }
     compared = [row for row in seen if int(row[0]) in poses]
     assert len(compared) >= 5
@@ -186,9 +187,11 @@ def test_modes_are_chosen_and_shown(page: Page) -> None:
 def test_noise_is_chosen_while_it_runs(run: Run, page: Page, preset: str) -> None:
     page.choose('noise-choice', preset)
     assert page.until(lambda: page.text('answer') == f'noise: {preset}')
-    heard: list[Any] = []
-    graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, heard)
-    assert run.serve_until(lambda: bool(heard) and heard[-1].pose.covariance[0] < _SURE_M**2, 20.0)
+    messages: list[Any] = []
+    graphs.collect(run.node, PoseWithCovarianceStamped, '/pose', _DEEP, messages)
+    assert run.serve_until(
+        lambda: bool(messages) and messages[-1].pose.covariance[0] < _CERTAIN_M**2, 20.0
+    )
 
 
 def test_q_values_are_shown_on_request(page: Page) -> None:
@@ -215,7 +218,7 @@ def test_every_control_is_reached_by_the_keyboard(page: Page) -> None:
     assert wanted <= reached
 
 
-def test_who_lacks_the_link_only_looks(run: Run) -> None:
+def test_without_the_token_the_page_is_read_only(run: Run) -> None:
     with open_page(f'http://127.0.0.1:{run.port}/') as other:
         assert other.until(lambda: other.text('status') == 'driving')
         assert other.has('read-only')

@@ -2,7 +2,7 @@
 
 import pytest
 
-from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena, paper_starts
+from goalreach_msgs_py.arena import ARENA_PARAMETERS, BODY_RADIUS_M, Arena, paper_starts
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import Pose2
@@ -46,3 +46,31 @@ def test_starts_fit_another_arena() -> None:
 def test_names_the_part_that_does_not_fit(change: dict[str, object], field: str) -> None:
     with pytest.raises(ConfigurationError, match=field):
         Arena(**change)  # type: ignore[arg-type]
+
+
+PARAMETERS = {
+    'arena_width_m': 3.556,
+    'arena_length_m': 5.08,
+    'landmarks_m': [0.889, 0.0, 1.4224, 1.8, 0.508, 1.8288, 2.667, 0.0, 1.6256],
+    'x_knots_m': list(Arena().regions.x_knots_m),
+    'y_knots_m': list(Arena().regions.y_knots_m),
+    'goal_region': 'FRONT/NEAR',
+}
+
+
+def test_the_parameters_of_a_robot_describe_its_arena() -> None:
+    arena = Arena.from_parameters(PARAMETERS)
+    assert set(PARAMETERS) == set(ARENA_PARAMETERS)
+    assert (arena.width_m, arena.regions, arena.starts) == (3.556, Arena().regions, ())
+    assert arena.landmarks_m[1] == (1.8, 0.508, 1.8288)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [('landmarks_m', [1.0, 0.0]), ('landmarks_m', None), ('goal_region', 'NOWHERE')],
+)
+def test_parameters_that_describe_no_arena_are_refused(name: str, value: object) -> None:
+    with pytest.raises(ConfigurationError):
+        Arena.from_parameters({**PARAMETERS, name: value})
+    with pytest.raises(ConfigurationError, match=name):
+        Arena.from_parameters({key: PARAMETERS[key] for key in PARAMETERS if key != name})

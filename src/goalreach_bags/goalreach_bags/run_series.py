@@ -18,14 +18,13 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.files import load_yaml
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, RegionConfig, parse_region
+from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, parse_region
 
 Floats = NDArray[np.float64]
 
 _PLANAR: Final = (0, 1, 5)
 _ROBOT: Final = 'nomad200'
 _KEY: Final = 'ros__parameters'
-_PER_LED: Final = 3
 _NS: Final = 1e-9
 
 
@@ -59,21 +58,9 @@ class RunSeries:
 def recorded_arena(bag: BagReader) -> Arena:
     """Return the arena of the run's parameters, the paper's where the bag has none."""
     try:
-        values = load_yaml(bag.metadata.custom[PARAMETERS_KEY])[_ROBOT][_KEY]
-        leds = iter(values['landmarks_m'])
-        config = RegionConfig(
-            x_knots_m=tuple(values['x_knots_m']),
-            y_knots_m=tuple(values['y_knots_m']),
-            goal_region=values['goal_region'],
-        )
-        return Arena(
-            width_m=values['arena_width_m'],
-            length_m=values['arena_length_m'],
-            landmarks_m=tuple(zip(*[leds] * _PER_LED, strict=True)),
-            regions=config.region_map,
-            starts=(),
-        )
-    except (KeyError, TypeError, ValueError, yaml.YAMLError, GoalreachError):
+        parameters = load_yaml(bag.metadata.custom[PARAMETERS_KEY])
+        return Arena.from_parameters(parameters[_ROBOT][_KEY])
+    except (KeyError, TypeError, yaml.YAMLError, GoalreachError):
         return Arena()
 
 

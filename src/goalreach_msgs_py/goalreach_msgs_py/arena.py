@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 import math
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import RegionMap, region_name
+from goalreach_msgs_py.regions import RegionConfig, RegionMap, region_name
 from goalreach_msgs_py.values import FloatArray, Pose2
 
 WIDTH_M = 3.556
@@ -100,6 +102,17 @@ def _end_of_gap(outside: NDArray[np.bool_]) -> int:
     return int(rising[-1]) if len(rising) else 0
 
 
+ARENA_PARAMETERS: Final = (
+    'arena_width_m',
+    'arena_length_m',
+    'landmarks_m',
+    'x_knots_m',
+    'y_knots_m',
+    'goal_region',
+)
+"""Parameters of `nomad200` that describe its arena."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Arena:
     """A closed rectangular floor with LEDs, regions and starting poses.
@@ -137,6 +150,33 @@ class Arena:
                 raise ConfigurationError(
                     f'starts[{index}].heading_rad', start.heading_rad, 'finite'
                 )
+
+    @classmethod
+    def from_parameters(cls, values: Mapping[str, Any]) -> Arena:
+        """Return the arena that parameters of `nomad200` describe, without starts.
+
+        Args:
+            values: Parameters by name; those of `ARENA_PARAMETERS` are used.
+
+        Raises:
+            ConfigurationError: A parameter is missing, or they do not fit one another.
+        """
+        try:
+            leds = iter(values['landmarks_m'])
+            regions = RegionConfig(
+                x_knots_m=tuple(values['x_knots_m']),
+                y_knots_m=tuple(values['y_knots_m']),
+                goal_region=values['goal_region'],
+            )
+            return cls(
+                width_m=values['arena_width_m'],
+                length_m=values['arena_length_m'],
+                landmarks_m=tuple(zip(leds, leds, leds, strict=True)),
+                regions=regions.region_map,
+                starts=(),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigurationError('arena', error, 'described by all its parameters') from None
 
     def _check_landmarks(self) -> None:
         if len(self.landmarks_m) < _MINIMUM_LANDMARKS:

@@ -32,7 +32,7 @@ class Answer:
         self.passed: MutableMapping[str, Any] | None = None
 
 
-def ask(
+def request(
     policy: AccessPolicy,
     headers: dict[str, str],
     *,
@@ -67,7 +67,7 @@ def ask(
 
 
 def test_our_own_page_is_served_and_may_load_nothing_else() -> None:
-    answer = ask(LOCAL, OURS)
+    answer = request(LOCAL, OURS)
     assert answer.status == 200
     assert answer.passed is not None
     assert answer.passed[MAY_STEER] is False
@@ -89,51 +89,51 @@ def test_our_own_page_is_served_and_may_load_nothing_else() -> None:
     ],
 )
 def test_others_are_refused(kind: str, headers: dict[str, str]) -> None:
-    answer = ask(LOCAL, headers, kind=kind)
+    answer = request(LOCAL, headers, kind=kind)
     assert answer.passed is None
     assert answer.status in (403, 421)
 
 
 def test_a_websocket_must_send_its_origin() -> None:
-    assert ask(LOCAL, OURS, kind='websocket').passed is None
+    assert request(LOCAL, OURS, kind='websocket').passed is None
     ours = {**OURS, 'origin': 'http://127.0.0.1:8080'}
-    assert ask(LOCAL, ours, kind='websocket').passed is not None
+    assert request(LOCAL, ours, kind='websocket').passed is not None
 
 
 def test_a_link_on_another_page_may_lead_here() -> None:
     visit = {**OURS, 'sec-fetch-site': 'cross-site', 'sec-fetch-mode': 'navigate'}
-    assert ask(LOCAL, visit).status == 200
+    assert request(LOCAL, visit).status == 200
 
 
 def test_the_token_becomes_a_cookie_that_steers() -> None:
-    first = ask(STEERED, OURS, query='token=secret', path='//elsewhere.example')
+    first = request(STEERED, OURS, query='token=secret', path='//elsewhere.example')
     assert (first.status, first.headers['location']) == (303, '/')
     assert 'HttpOnly' in first.headers['set-cookie']
     assert first.passed is None
     cookie = first.headers['set-cookie'].partition(';')[0]
-    second = ask(STEERED, {**OURS, 'cookie': cookie})
+    second = request(STEERED, {**OURS, 'cookie': cookie})
     assert second.passed is not None
     assert second.passed[MAY_STEER] is True
 
 
 @pytest.mark.parametrize('cookie', ['', 'goalreach-8080=wrong', 'goalreach-9=secret', ';;=='])
-def test_without_the_token_one_only_looks(cookie: str) -> None:
-    answer = ask(STEERED, {**OURS, 'cookie': cookie})
+def test_without_the_token_one_only_views(cookie: str) -> None:
+    answer = request(STEERED, {**OURS, 'cookie': cookie})
     assert answer.passed is not None
     assert answer.passed[MAY_STEER] is False
 
 
 def test_a_wrong_token_is_refused() -> None:
-    assert ask(STEERED, OURS, query='token=wrong').status == 403
-    assert ask(LOCAL, OURS, query='token=any').status == 403
+    assert request(STEERED, OURS, query='token=wrong').status == 403
+    assert request(LOCAL, OURS, query='token=any').status == 403
 
 
 def test_from_another_machine_the_token_is_needed_and_does_not_steer() -> None:
     there = {'host': 'robot.example:8080'}
-    assert ask(NETWORK, there).status == 401
-    assert ask(NETWORK, there, query='token=secret').status == 303
-    looked = ask(NETWORK, {**there, 'cookie': 'goalreach-8080=secret'})
-    assert looked.passed is not None
-    assert looked.passed[MAY_STEER] is False
+    assert request(NETWORK, there).status == 401
+    assert request(NETWORK, there, query='token=secret').status == 303
+    viewed = request(NETWORK, {**there, 'cookie': 'goalreach-8080=secret'})
+    assert viewed.passed is not None
+    assert viewed.passed[MAY_STEER] is False
     origin = {**there, 'origin': 'http://robot.example:8080'}
-    assert ask(NETWORK, origin, kind='websocket').passed is None
+    assert request(NETWORK, origin, kind='websocket').passed is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+import contextlib
 from dataclasses import asdict, fields
 from functools import partial
 import time
@@ -15,27 +16,18 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from goalreach_dashboard.state import PageState
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
-from goalreach_msgs_py.regions import RegionConfig
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
 
 _PERIOD_S: Final = 0.25
 """A node that does not publish counts as down when it has not responded for 0.8 s; a response
 costs it half a millisecond."""
 _TIMEOUT_S: Final = 0.75
-_ARENA: Final = (
-    'arena_width_m',
-    'arena_length_m',
-    'landmarks_m',
-    'x_knots_m',
-    'y_knots_m',
-    'goal_region',
-)
 _NOISE: Final = tuple(f'noise.{field.name}' for field in fields(NoiseModel))
 _POLLED: Final = {
-    ROBOT: ('clock', 'speed', *_ARENA, *_NOISE),
+    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *_NOISE),
     CONTROLLER: ('mode', 'learn'),
 }
 _ANY_PARAMETER: Final = ('use_sim_time',)
@@ -97,35 +89,8 @@ class ParameterPoller:
         self._state.parameters[node] = parameters
         if node == ROBOT and parameters != self._robot_parameters:
             self._robot_parameters = parameters
-            arena = arena_of(parameters, self._state.arena)
-            if arena is not None:
-                self._state.set_arena(arena)
-
-
-def arena_of(parameters: Mapping[str, Any], present: Arena) -> Arena | None:
-    """Return the arena that a robot's parameters describe, or None where they do not.
-
-    Args:
-        parameters: Parameters by name.
-        present: The present arena, whose name is kept.
-    """
-    try:
-        flat = tuple(parameters['landmarks_m'])
-        regions = RegionConfig(
-            x_knots_m=tuple(parameters['x_knots_m']),
-            y_knots_m=tuple(parameters['y_knots_m']),
-            goal_region=parameters['goal_region'],
-        ).region_map
-        return Arena(
-            width_m=parameters['arena_width_m'],
-            length_m=parameters['arena_length_m'],
-            landmarks_m=tuple(flat[k : k + 3] for k in range(0, len(flat), 3)),
-            regions=regions,
-            starts=(),
-            name=present.name,
-        )
-    except (KeyError, TypeError, ConfigurationError):
-        return None
+            with contextlib.suppress(ConfigurationError):  # a robot of somebody else
+                self._state.set_arena(Arena.from_parameters(parameters))
 
 
 def noise_preset_of(parameters: Mapping[str, Any]) -> str | None:

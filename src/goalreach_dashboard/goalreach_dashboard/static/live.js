@@ -22,7 +22,7 @@ export default {
     clearInterval(this.watchdog);
   },
   methods: {
-    // A difference can be lost with a connection: after three seconds without one, ask for the
+    // A difference can be lost with a connection: after three seconds without one, request the
     // whole view.
     checkConnection() {
       if (!document.hidden && performance.now() - this.painted > 3000) this.$emit('next', true);
