@@ -38,7 +38,7 @@ class FaultKind:
         amount: Seconds, a share, or a value of the parameter.
         duration_s: Duration, seconds of the graph's clock; 0 for an event.
         expected: Expected behaviour of the stack.
-        named: Regular expression of the words that report it.
+        report_pattern: Regular expression of the words that report it.
         ends_paths: Whether a path usually ends in it, by a bump or because it lasts so long: the
             recovery time counts nevertheless.
     """
@@ -49,7 +49,7 @@ class FaultKind:
     amount: float = 0.0
     duration_s: float = 2.0
     expected: str = _WAITS
-    named: str
+    report_pattern: str
     ends_paths: bool = False
 
 
@@ -64,10 +64,18 @@ def _of_nodes() -> list[FaultKind]:
                 target=node,
                 duration_s=0.0,
                 expected=_RESTARTED,
-                named=rf'{node}: error: was ended by SIGKILL',
+                report_pattern=rf'{node}: error: was ended by SIGKILL',
             ),
-            FaultKind(name=f'{node} stopped', act='stop', target=node, duration_s=1.5, named=held),
-            FaultKind(name=f'{node} slowed', act='slow', target=node, duration_s=2.8, named=held),
+            FaultKind(
+                name=f'{node} stopped',
+                act='stop',
+                target=node,
+                duration_s=1.5,
+                report_pattern=held,
+            ),
+            FaultKind(
+                name=f'{node} slowed', act='slow', target=node, duration_s=2.8, report_pattern=held
+            ),
         ]
     return kinds
 
@@ -80,7 +88,7 @@ def _of_messages() -> list[FaultKind]:
             target=topic,
             amount=amount,
             expected=_DRIVES_ON if effect in {'twice', 'order'} else _WAITS,
-            named=rf'{topic}.*({words})',
+            report_pattern=rf'{topic}.*({words})',
         )
 
     late, apart = 'behind|old is refused', 'behind|ahead|old is refused'
@@ -100,41 +108,41 @@ def _of_messages() -> list[FaultKind]:
 
 def _of_sensors() -> list[FaultKind]:
     return [
-        FaultKind(name='all LEDs dark', act='dark', amount=3.0, named=_NO_LED),
+        FaultKind(name='all LEDs dark', act='dark', amount=3.0, report_pattern=_NO_LED),
         FaultKind(
             name='one LED dark',
             act='dark',
             amount=1.0,
             duration_s=3.0,
             expected='drives on by the other LEDs, or searches',
-            named=rf'{LOCALIZER}.*LED \d|{_NO_LED}',
+            report_pattern=rf'{LOCALIZER}.*LED \d|{_NO_LED}',
         ),
         FaultKind(
             name='a fourth light',
             act='light',
             duration_s=3.0,
             expected='drives on by the LEDs',
-            named=rf'{LOCALIZER}.*no LED',
+            report_pattern=rf'{LOCALIZER}.*no LED',
         ),
         FaultKind(
             name='camera frozen',
             act='parameter',
             target='faults.camera_frozen',
-            named=rf'{LOCALIZER}.*image',
+            report_pattern=rf'{LOCALIZER}.*image',
         ),
         FaultKind(
             name='odometry frozen',
             act='parameter',
             target='faults.odometry_frozen',
             expected='drives on by the LEDs, or stops while it lasts',
-            named=rf'{LOCALIZER}.*odometry',
+            report_pattern=rf'{LOCALIZER}.*odometry',
         ),
         FaultKind(
             name='a bumper stuck',
             act='bumper',
             duration_s=3.0,
             expected='no driving while it is pressed',
-            named=rf'{CONTROLLER}.*bumper',
+            report_pattern=rf'{CONTROLLER}.*bumper',
             ends_paths=True,
         ),
         FaultKind(
@@ -142,27 +150,27 @@ def _of_sensors() -> list[FaultKind]:
             act='carry',
             duration_s=0.0,
             expected='the pose is discarded at once and found again; drives on',
-            named=rf'{LOCALIZER}.*(pose was (lost|replaced)|LEDs)',
+            report_pattern=rf'{LOCALIZER}.*(pose was (lost|replaced)|LEDs)',
         ),
         FaultKind(
             name='placed elsewhere',
             act='place',
             duration_s=0.0,
             expected='the pose is discarded at once and found again; drives on',
-            named=rf'{LOCALIZER}.*odometry jumped',
+            report_pattern=rf'{LOCALIZER}.*odometry jumped',
         ),
     ]
 
 
 def _of_surroundings() -> list[FaultKind]:
     return [
-        FaultKind(name='clock stalled', act='stall', named=rf'{ROBOT}.*paused'),
+        FaultKind(name='clock stalled', act='stall', report_pattern=rf'{ROBOT}.*paused'),
         FaultKind(
             name='disk full for the recorder',
             act='disk',
             duration_s=0.0,
             expected='the recorder closes its bag and reports it; the run continues',
-            named='recording stopped',
+            report_pattern='recording stopped',
             ends_paths=True,
         ),
         FaultKind(
@@ -170,14 +178,14 @@ def _of_surroundings() -> list[FaultKind]:
             act='stack',
             duration_s=0.0,
             expected='the second is refused; the first continues',
-            named='another graph runs there',
+            report_pattern='another graph runs there',
         ),
         FaultKind(
             name='a second publisher on /cmd_vel',
             act='second',
             amount=0.3,
             expected='the robot obeys neither until one has ended',
-            named=rf'{ROBOT}.*nodes drive',
+            report_pattern=rf'{ROBOT}.*nodes drive',
         ),
     ]
 

@@ -76,7 +76,9 @@ class FaultOutcome:
             overconfident=observer.overconfident,
             worst_m=round(observer.worst_m, 4),
             recovery_s=recovery_s,
-            report=next((line for line in observer.lines if re.search(kind.named, line)), ''),
+            report=next(
+                (line for line in observer.lines if re.search(kind.report_pattern, line)), ''
+            ),
             moment_s=began_ns * 1e-9,
             path_ended=observer.paths_ended > 0,
         )

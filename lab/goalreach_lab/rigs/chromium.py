@@ -26,13 +26,13 @@ _FLAGS = (
 )
 _COUNT = """
 window.count?.observer.disconnect();
-const count = window.count = {updates: 0, since: performance.now()};
-count.observer = new MutationObserver(() => count.updates++);
+const count = window.count = {frames: 0, since: performance.now()};
+count.observer = new MutationObserver(() => count.frames++);
 const all = {subtree: true, childList: true, attributes: true, characterData: true};
 count.observer.observe(document.querySelector('main'), all);
 """
-"""The page applies an update in one go, and each one changes something while a robot drives."""
-_COUNTED = 'return [count.updates, (performance.now() - count.since) / 1000];'
+"""The page applies a frame in one go, and each one changes something while a robot drives."""
+_COUNTED = 'return [count.frames, (performance.now() - count.since) / 1000];'
 
 
 def is_installed() -> bool:
@@ -107,23 +107,23 @@ class Page:
         """Process id of the driver; the browser's processes descend from it."""
         return int(self.driver.service.process.pid)
 
-    def count_updates(self) -> None:
-        """Begin to count the updates of the page that this browser shows."""
+    def count_frames(self) -> None:
+        """Begin to count the frames of the page that this browser shows."""
         self.driver.execute_script(_COUNT)
 
-    def updates(self) -> int:
-        """Return the number of updates shown since then.
+    def frames(self) -> int:
+        """Return the number of frames shown since then.
 
         A script run by the driver leaves a hundred bytes in the page's heap; this leaves none.
         """
-        asked = {'expression': 'count.updates', 'returnByValue': True}
+        asked = {'expression': 'count.frames', 'returnByValue': True}
         answer = self.driver.execute_cdp_cmd('Runtime.evaluate', asked)
         return int(answer['result']['value'])
 
-    def updates_per_s(self) -> float:
-        """Return the number of updates a second since then."""
-        updates, passed_s = self.driver.execute_script(_COUNTED)
-        return float(updates / passed_s)
+    def frames_per_s(self) -> float:
+        """Return the number of frames a second since then."""
+        frames, passed_s = self.driver.execute_script(_COUNTED)
+        return float(frames / passed_s)
 
     def collect_garbage(self) -> None:
         """Run the garbage collector of the page's scripts."""

@@ -1,4 +1,4 @@
-"""Clients of the dashboard that paint nothing: they take each update and ask for the next.
+"""Clients of the dashboard that paint nothing: they take each frame and ask for the next.
 
 A browser without a graphics card spends most of its processor time on painting. These clients
 speak the same protocol and need hardly any processor time, so that the cost of the page can be
@@ -29,14 +29,14 @@ class DashboardClient:
     """One client of a page.
 
     Attributes:
-        updates: Updates received so far.
+        frames: Updates received so far.
     """
 
     def __init__(self) -> None:
         """Prepare; nothing is opened yet."""
         import socketio
 
-        self.updates = 0
+        self.frames = 0
         self._socket = socketio.AsyncClient(reconnection=False)
         self._event: dict[str, Any] = {}
 
@@ -80,7 +80,7 @@ class DashboardClient:
 
     async def _on_script(self, message: dict[str, Any]) -> None:
         if '"apply"' in message.get('code', '') and self._socket.connected:
-            self.updates += 1
+            self.frames += 1
             await self._ask(everything=False)
 
     async def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The dashboard: processor time of its process, update rate in browsers, cost for the run."""
+"""The dashboard: processor time of its process, frame rate in browsers, cost for the run."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from goalreach_lab.rigs.dashboard_run import ClockedRun, RunLoad
 
 
-SUMMARY = 'Live page: its processor time, updates in 0, 1, 3 browsers, what it costs the run'
+SUMMARY = 'Live page: its processor time, frames in 0, 1, 3 browsers, what it costs the run'
 
 _SETTLE_S: Final = 3.0
 _UPDATES_PER_S: Final = 20.0
-"""A page asks for so many updates a second of the wall clock."""
+"""A page asks for so many frames a second of the wall clock."""
 _UPDATED: Final = Goal(of='ratio', relation='>=', bound=0.95)
 """The clocks of a browser and of the page may differ a little."""
 _SPEED: Final = Goal(of='ratio', relation='>=', bound=0.75)
@@ -83,9 +83,9 @@ def _with_browsers(run: ClockedRun, count: int, seconds: float) -> list[BenchRow
         browsers = [stack.enter_context(open_page(page.url, logs=False)) for _ in range(count)]
         time.sleep(_SETTLE_S)
         for browser in browsers:
-            browser.count_updates()
+            browser.count_frames()
         seen = measure_load(run, seconds, [page.pid, *(browser.pid for browser in browsers)])
-        rates = [browser.updates_per_s() for browser in browsers]
+        rates = [browser.frames_per_s() for browser in browsers]
     painting = sum(seen.used_s[1:]) / seen.wall_s
     name = f'{count} browser{"" if count == 1 else "s"}, real time'
     rows = [
@@ -104,13 +104,13 @@ def _with_browsers(run: ClockedRun, count: int, seconds: float) -> list[BenchRow
         ),
     ]
     if rates:
-        rows.insert(1, _update_row(name, rates))
+        rows.insert(1, _frame_row(name, rates))
     return rows
 
 
-def _update_row(name: str, rates: Sequence[float]) -> BenchRow:
+def _frame_row(name: str, rates: Sequence[float]) -> BenchRow:
     return BenchRow(
-        name=f'{name}: updates a second',
+        name=f'{name}: frames a second',
         unit='',
         ours=min(rates),
         reference=_UPDATES_PER_S,
@@ -154,15 +154,15 @@ def _without_page(run: ClockedRun, seconds: float) -> RunLoad:
 
 
 def _with_clients(run: ClockedRun, options: Options) -> tuple[RunLoad, float]:
-    """Return the load of the run and its page, and the updates a second of the slowest client."""
+    """Return the load of the run and its page, and the frames a second of the slowest client."""
     from goalreach_lab.rigs.dashboard_clients import dashboard_clients
     from goalreach_lab.rigs.dashboard_run import measure_load, served_page
 
     with served_page(run) as page, dashboard_clients(page.url, options.clients) as clients:
         time.sleep(_SETTLE_S)
-        before = [client.updates for client in clients]
+        before = [client.frames for client in clients]
         seen = measure_load(run, options.seconds, [run.stack.pid, page.pid])
-        after = [client.updates for client in clients]
+        after = [client.frames for client in clients]
     gained = [late - early for late, early in zip(after, before, strict=True)]
     return seen, min(gained) / seen.wall_s
 
@@ -184,7 +184,7 @@ def _compare(
             name=f'{name}: the page',
             unit='cores',
             ours=statistics.median(seen.cores(1) for seen in paged),
-            note=f'{clients} clients that paint nothing, {min(rates):.1f} updates a second',
+            note=f'{clients} clients that paint nothing, {min(rates):.1f} frames a second',
         ),
         BenchRow(
             name=f'{name}: speed of the run with its page',

@@ -44,7 +44,7 @@ _HELD: Final[Mapping[str, tuple[str, str, float | None, _Typical]]] = {
     'threads': ('page, threads', '', 1.05, statistics.median),
 }
 """Of the browser's scripts, the least of many samples counts: the others contain garbage of
-updates that arrived since the last collection."""
+frames that arrived since the last collection."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +88,7 @@ def _format(minute: dict[str, Any]) -> str:
     return (
         f'{minute["clock_s"] / 3600:6.2f} h  page {minute["page_mb"]:.1f} MB  browser '
         f'{minute["browser_mb"]:.0f} MB, heap {minute["heap_mb"]:.2f} MB  '
-        f'{minute["speed"]:.1f} x real time, {minute["updates"]} updates\n'
+        f'{minute["speed"]:.1f} x real time, {minute["frames"]} frames\n'
     )
 
 
@@ -139,23 +139,23 @@ class _MinuteSampler:
         self._run, self._page, self._browser = run, page, browser
         self._name = uuid.uuid4().hex[:8]
         self._opened_s, self._began_s = run.clock.now_s(), time.monotonic()
-        self.clock_s, self._wall_s, self._updates = 0.0, 0.0, 0
-        browser.count_updates()
+        self.clock_s, self._wall_s, self._frames = 0.0, 0.0, 0
+        browser.count_frames()
 
     def next(self) -> dict[str, Any]:
-        """Wait for the next minute; return its speed and updates, and what is held at its end."""
+        """Wait for the next minute; return its speed and frames, and what is held at its end."""
         self._run.clock.wait_until(self._opened_s + self.clock_s + _MINUTE_S, _STALLED_S)
-        before_s, wall_s, shown = self.clock_s, self._wall_s, self._updates
+        before_s, wall_s, shown = self.clock_s, self._wall_s, self._frames
         self.clock_s = self._run.clock.now_s() - self._opened_s
         self._wall_s = time.monotonic() - self._began_s
-        self._updates = self._browser.updates()
+        self._frames = self._browser.frames()
         return {
             'page': self._name,
             'clock_s': round(self.clock_s, 2),
             'wall_s': round(self._wall_s, 1),
             'speed': round((self.clock_s - before_s) / (self._wall_s - wall_s), 2),
             'load': os.getloadavg()[0],
-            'updates': self._updates - shown,
+            'frames': self._frames - shown,
             **_holdings(self._page, self._browser),
         }
 
@@ -193,8 +193,8 @@ def compare_ends(minutes: Sequence[dict[str, Any]]) -> list[BenchRow]:
     part_s = min(_QUARTER_S, (ended_s - began_s) / 4)
     first = [minute for minute in warm if minute['clock_s'] <= began_s + part_s]
     last = [minute for minute in warm if minute['clock_s'] >= ended_s - part_s]
-    updates = sum(minute['updates'] for minute in minutes)
-    note = f'{ended_s / 3600:.2f} h simulated, {updates:.0f} updates'
+    frames = sum(minute['frames'] for minute in minutes)
+    note = f'{ended_s / 3600:.2f} h simulated, {frames:.0f} frames'
     rows = []
     for key, (name, unit, bound, typical) in _HELD.items():
         early, late = (typical([one[key] for one in part]) for part in (first, last))

@@ -24,7 +24,7 @@ def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPa
     page = rows['lockstep, composed: the page']
     assert page.ours > 0.0
     assert '3 clients that paint nothing' in page.note
-    assert ' 0.0 updates' not in page.note
+    assert ' 0.0 frames' not in page.note
     speed = rows['lockstep, composed: speed of the run with its page']
     assert speed.reference is not None
     assert speed.ours > 0.0 < speed.reference

@@ -24,7 +24,7 @@ def day(page_mb: Callable[[int], float], minutes: int = 120) -> list[dict[str, A
             'nodes': 950,
             'handles': 35,
             'threads': 26,
-            'updates': 100,
+            'frames': 100,
         }
         for minute in range(1, minutes + 1)
     ]
@@ -34,7 +34,7 @@ def test_what_stays_flat_is_flat() -> None:
     rows = compare_ends(day(lambda _: 100.0))
     assert [row.ratio for row in rows] == [1.0] * 6
     assert all(row.met is not False for row in rows)
-    assert rows[0].note == '2.00 h simulated, 12000 updates'
+    assert rows[0].note == '2.00 h simulated, 12000 frames'
 
 
 def test_what_grows_is_told() -> None:
