@@ -11,7 +11,7 @@ import time
 from typing import Final
 
 from goalreach_lab.options import BenchOptions
-from goalreach_lab.report import goals_met, machine
+from goalreach_lab.report import bench_table, goals_met, machine
 from goalreach_lab.row import BenchRow
 from goalreach_lab.speed.measurement import Budget
 from goalreach_lab.template import table, write_document
@@ -33,9 +33,7 @@ GROUPS: Final[Mapping[str, str]] = {
 """Module and function of each group of rows that are measured together."""
 
 _TEMPLATE: Final = Path(__file__).with_name('performance.md')
-_COMMAND: Final = 'python3 scripts/bench.py'
 _PROFILED_PATHS: Final = 22
-_HEADINGS: Final = ('measure', 'ours', 'reference', 'ratio', 'goal', 'met', 'n', 'notes')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,26 +84,15 @@ def write_performance(path: Path, rows: Mapping[str, Sequence[BenchRow]], budget
         FileFormatError: It cannot be written.
     """
     scale = '' if budget.scale == 1.0 else f' --scale {budget.scale:g}'
-    tables = {name: _table(rows[name]) if name in rows else None for name in GROUPS}
+    tables = {name: bench_table(rows[name]) if name in rows else None for name in GROUPS}
     values = {
-        'command': f'{_COMMAND} --seed {budget.seed}{scale} --out docs/PERFORMANCE.md',
+        'options': f'--seed {budget.seed}{scale}',
         'machine': machine(),
         'goals_met': goals_met(chain.from_iterable(rows.values())),
         'profile': _profile_table(budget) if 'driving' in rows else None,
         **{name.replace('-', '_'): text for name, text in tables.items()},
     }
     write_document(path, _TEMPLATE, values)
-
-
-def _table(rows: Sequence[BenchRow]) -> str:
-    cells = []
-    for row in rows:
-        reference = '' if row.reference is None else f'{row.reference:.3g} ({row.reference_name})'
-        ratio = '' if row.ratio is None else f'{row.ratio:.3g}'
-        met = {True: 'yes', False: 'no', None: ''}[row.met]
-        ours = f'{row.ours:.3g} {row.unit}'.strip()
-        cells.append((row.name, ours, reference, ratio, row.goal or '', met, row.n, row.note))
-    return table(_HEADINGS, cells)
 
 
 def _profile_table(budget: Budget) -> str:
