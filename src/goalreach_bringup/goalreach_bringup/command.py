@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any
 
-from goalreach_msgs_py.options import SeededOptions, add_options, option, read_options
+from goalreach_msgs_py.options import (
+    CommandOptions,
+    SeededOptions,
+    add_options,
+    option,
+    read_options,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,18 +30,16 @@ class Command:
 
     Attributes:
         summary: One line for the help.
-        options: Dataclass of its options, or None where a sub-command must be chosen.
-        execute: Runs it with those options and returns the exit status.
+        options: Dataclass of its options.
+        execute: Runs it with those options and returns the exit status; None where a sub-command
+            must be chosen.
         subcommands: Sub-commands by name.
-        configure: Adds options to a parser, in place of `options`; `execute` then takes the
-            namespace.
     """
 
     summary: str
-    options: type[Any] | None = None
+    options: type[Any] = CommandOptions
     execute: Callable[[Any], int] | None = None
     subcommands: Mapping[str, Command] = field(default_factory=dict)
-    configure: Callable[[argparse.ArgumentParser], None] | None = None
 
     @classmethod
     def of_module(cls, module: ModuleType) -> Command:
@@ -45,7 +49,7 @@ class Command:
         """
         return cls(
             summary=module.SUMMARY,
-            options=getattr(module, 'Options', None),
+            options=getattr(module, 'Options', CommandOptions),
             execute=getattr(module, 'execute', None),
             subcommands=getattr(module, 'SUBCOMMANDS', {}),
         )
@@ -68,12 +72,8 @@ class Command:
     def add_to(self, parser: argparse.ArgumentParser) -> None:
         """Add the options of the command to a parser that then chooses it."""
         parser.set_defaults(chosen_command=self)
-        if self.configure is not None:
-            parser.formatter_class = argparse.ArgumentDefaultsHelpFormatter
-            self.configure(parser)
-        if self.options is not None:
-            add_options(parser, self.options)
-        if self.options is None or not issubclass(self.options, (SeededOptions, VerbatimOptions)):
+        add_options(parser, self.options)
+        if not issubclass(self.options, (SeededOptions, VerbatimOptions)):
             text = 'accepted by every command; nothing is random in this one'
             parser.add_argument(
                 '--seed', type=int, default=argparse.SUPPRESS, metavar='N', help=text
@@ -91,8 +91,7 @@ class Command:
         """
         namespace = self.parser(program).parse_args(arguments)
         chosen: Command = namespace.chosen_command
-        options = chosen.options
-        return chosen, namespace if options is None else read_options(options, namespace)
+        return chosen, read_options(chosen.options, namespace)
 
     def run(self, program: str, arguments: Sequence[str]) -> int:
         """Parse arguments and execute the command; return the exit status.
