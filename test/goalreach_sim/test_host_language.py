@@ -8,7 +8,6 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.contact import Walls
 from goalreach_sim.host_language import (
     STATE_BUMPER,
     STATE_CONF_TURRET,
@@ -22,7 +21,7 @@ from goalreach_sim.host_language import (
     HostBase,
     Nomad200,
 )
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import DriveConfig, SimulatorConfig
 

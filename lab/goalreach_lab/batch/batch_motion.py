@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.axis import DONE_S
-from goalreach_sim.contact import BISECTIONS, GRAZE, TOUCH_M, Walls
 from goalreach_sim.path_integral import GAUSS_NODES, PANEL_RAD, SOON_S
+from goalreach_sim.robot import BISECTIONS, GRAZE, TOUCH_M, Walls
 
 _QUARTER_RAD = math.pi / 2.0
 _CLOSE_M = 1e-15

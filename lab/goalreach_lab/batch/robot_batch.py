@@ -22,8 +22,7 @@ from goalreach_lab.batch.batch_motion import (
 )
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray
-from goalreach_sim.contact import TOUCH_M, Walls
-from goalreach_sim.robot import NOTHING_S
+from goalreach_sim.robot import NOTHING_S, TOUCH_M, Walls
 from goalreach_sim.simulator_config import DriveConfig
 
 # Rows of the state, one column per robot: SI units.

@@ -17,8 +17,7 @@ import yaml
 from goalreach_lab.batch.robot_batch import RobotBatch
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.values import FloatArray, Pose2, Twist2
-from goalreach_sim.contact import Walls
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.simulator_config import DriveConfig
 
 STEP_S = 0.04

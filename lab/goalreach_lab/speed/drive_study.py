@@ -10,8 +10,7 @@ import numpy as np
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.arena import BODY_RADIUS_M, LENGTH_M, WIDTH_M
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.contact import Walls
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.simulator_config import DriveConfig
 
 _COMMANDS = 5

@@ -6,9 +6,8 @@ alone. `HostBase` drives a real or simulated robot through its `HostLanguage`.
 
 from goalreach_sim.camera_renderer import CameraRenderer
 from goalreach_sim.camera_view import CameraPose, CameraView, OpticsConfig
-from goalreach_sim.contact import Walls
 from goalreach_sim.host_language import HostBase, HostLanguage, Nomad200
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import (

@@ -14,10 +14,9 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, true_lens
 from goalreach_sim.camera_view import CameraPose, posts_from_flat
-from goalreach_sim.contact import Walls
 from goalreach_sim.head import PanTiltHead
 from goalreach_sim.host_language import Nomad200
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
 

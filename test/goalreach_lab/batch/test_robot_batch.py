@@ -8,8 +8,7 @@ import pytest
 from goalreach_lab.batch.robot_batch import RobotBatch
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import FloatArray, Pose2, Twist2
-from goalreach_sim.contact import Walls
-from goalreach_sim.robot import Robot
+from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.simulator_config import DriveConfig
 
 WALLS = Walls(width_m=2.0, length_m=3.0, body_radius_m=0.25)

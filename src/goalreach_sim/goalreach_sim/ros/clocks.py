@@ -159,7 +159,6 @@ class LockstepClock:
         self._stamp_ns: int | None = None
         self._missing: set[str] = set()
         self._answered_ns: dict[str, int] = {}
-        self._follows_chain = False
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
         self._gate = AcknowledgementGate(
@@ -233,9 +232,9 @@ class LockstepClock:
 
     def _follow_chain(self) -> None:
         """Subscribe to what lies between image and command, once an answer is overdue."""
-        if self._follows_chain:
+        if self._answered_ns:
             return
-        self._follows_chain = True
+        self._answered_ns = {POSE: 0, STATE: 0}
 
         for message_type, topic in ((PoseWithCovarianceStamped, POSE), (DiagnosticArray, STATE)):
 
