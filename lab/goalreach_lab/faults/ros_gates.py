@@ -55,7 +55,6 @@ _LINKS: Final = (
     (CMD_VEL, TwistStamped, RELIABLE_QOS, ROBOT),
     (HEAD_COMMAND, JointState, RELIABLE_QOS, ROBOT),
 )
-GATED: Final = tuple(link[0] for link in _LINKS)
 _DEEP_QOS: Final = QoSProfile(depth=200)
 _ENCAPSULATION_BYTES: Final = 4
 _NS_PER_S: Final = 1_000_000_000
