@@ -169,6 +169,23 @@ def test_texts_of_the_recording_survive_a_lost_metadata_file(tmp_path: Path, sto
         assert bag.metadata.distro == 'jazzy'
 
 
+def test_chunk_with_an_impossible_length_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / 'bag' / 'a.mcap'
+    write_foreign(path, compression=CompressionType.NONE)
+    with path.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    data = bytearray(path.read_bytes())
+    start = summary.chunk_indexes[1].chunk_start_offset + 9 + 32
+    data[start : start + 8] = 8 * b'\xff'
+    path.write_bytes(data)
+
+    result = repair_bag(tmp_path / 'bag')
+
+    assert 0 < 2 * COUNT - result.messages < COUNT
+    assert sum(counted(tmp_path / 'bag').values()) == result.messages
+
+
 def test_earlier_repair_is_not_overwritten(tmp_path: Path) -> None:
     write_bag(tmp_path / 'bag', texts(5))
     path = tmp_path / 'bag' / 'bag_0.mcap'

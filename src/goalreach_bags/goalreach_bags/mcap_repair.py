@@ -55,6 +55,7 @@ _DAMAGE: Final = (
     zstandard.ZstdError,
     KeyError,
     MemoryError,
+    OverflowError,
     RuntimeError,
     ValueError,
     struct.error,

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 import errno
+from functools import partial
 from pathlib import Path
 import shutil
 import sqlite3
@@ -161,7 +162,7 @@ class SqliteReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self._base = sqlite3.connect(f'{path.absolute().as_uri()}?immutable=1', uri=True)
+        self._base = _connect(path, 'immutable=1')
         try:
             self._topics = _read_topics(self._base)
             self.topics = tuple(self._topics.values())
@@ -189,6 +190,13 @@ class SqliteReader:
     def close(self) -> None:
         """Close it."""
         self._base.close()
+
+
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    """Open a file; texts that are damaged lose the damaged characters."""
+    base = sqlite3.connect(f'{path.absolute().as_uri()}?{mode}', uri=True)
+    base.text_factory = partial(str, encoding='utf-8', errors='replace')
+    return base
 
 
 def _read_topics(base: sqlite3.Connection) -> dict[int, BagTopic]:
@@ -306,13 +314,12 @@ def _recovered(path: Path) -> Iterator[sqlite3.Connection]:
     """Open a file as SQLite recovers it, without a change to the file: a copy if it must."""
     journal = path.with_name(f'{path.name}-journal')
     with ExitStack() as stack:
-        source, mode = path, 'ro'
+        source, mode = path, 'mode=ro'
         if journal.exists() and journal.stat().st_size:
             folder = stack.enter_context(TemporaryDirectory(dir=path.parent, prefix='.repair-'))
-            source, mode = Path(folder) / path.name, 'rw'
+            source, mode = Path(folder) / path.name, 'mode=rw'
             _copy(path, source)
-        address = f'{source.absolute().as_uri()}?mode={mode}'
-        yield stack.enter_context(closing(sqlite3.connect(address, uri=True)))
+        yield stack.enter_context(closing(_connect(source, mode)))
 
 
 def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
