@@ -4,12 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.storage import BagError
 from goalreach_bags.topic import DEFAULT_OFFER
-from goalreach_msgs_py.errors import GoalreachError
-from small_bags import string_topic, texts, write_bag
+from small_bags import texts, write_bag
 
 
 @pytest.fixture
@@ -109,26 +107,6 @@ def test_what_is_no_bag_is_refused(tmp_path: Path) -> None:
 def test_missing_topics_are_named(bag: Path) -> None:
     with BagReader(bag) as reader, pytest.raises(BagError, match=r'no message of /odom, /pose$'):
         reader.require(['/text', '/pose', '/odom'])
-
-
-def test_type_of_another_definition_is_refused() -> None:
-    other = string_topic(type_hash='RIHS01_' + 64 * '0')
-
-    with pytest.raises(GoalreachError, match='/text: std_msgs/msg/String has another definition'):
-        Decoder([other])
-
-
-def test_type_that_jazzy_lacks_is_learned_from_the_bag() -> None:
-    topic = string_topic(type_name='my_msgs/msg/Own', type_hash='', definition='int32 number\n')
-
-    message = Decoder([topic]).decode('/text', b'\0\1\0\0\7\0\0\0')
-
-    assert message.number == 7
-
-
-def test_bytes_that_are_no_such_message_are_refused() -> None:
-    with pytest.raises(GoalreachError, match='/text: no std_msgs/msg/String'):
-        Decoder([string_topic()]).decode('/text', b'\0\1\0\0\xff\xff\0\0')
 
 
 def test_offers_with_a_word_in_place_of_seconds_take_no_message_away(bag: Path) -> None:

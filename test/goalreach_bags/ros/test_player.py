@@ -12,11 +12,10 @@ import sys
 import pytest
 from std_msgs.msg import String
 
+from goalreach_bags.ros.player import ReplayTimer
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 import graphs
-from small_bags import text_message, write_bag
-
-pytestmark = pytest.mark.graph
+from small_bags import string_topic, text_message, write_bag
 
 APART_NS = 50_000_000
 COUNT = 40
@@ -56,6 +55,7 @@ def has_come(messages: list[str], count: int) -> bool:
     return len(messages) >= count
 
 
+@pytest.mark.graph
 def test_steps_pause_and_end(bag: Path) -> None:
     domain = graphs.fresh_domain()
     came: list[str] = []
@@ -80,6 +80,7 @@ def test_steps_pause_and_end(bag: Path) -> None:
             assert len(came) == stopped_at
 
 
+@pytest.mark.graph
 def test_faster(bag: Path) -> None:
     domain = graphs.fresh_domain()
     came: list[str] = []
@@ -95,3 +96,32 @@ def test_faster(bag: Path) -> None:
             assert serve_until(lambda: run.poll() is not None, LIMIT_S)
             assert run.returncode == 0
         assert serve_until(lambda: len(came) == COUNT, 1.0)
+
+
+@pytest.mark.graph
+def test_type_that_is_not_known_costs_its_topic_alone(tmp_path: Path) -> None:
+    topics = [string_topic(), string_topic('/split', type_name='my_msgs/msg/Split', type_hash='')]
+    messages = [(name, k + 1, text_message('a')) for k in range(3) for name in ('/text', '/split')]
+    write_bag(tmp_path / 'bag', messages, topics=topics)
+    arguments = ['replay', str(tmp_path / 'bag'), '--quiet']
+
+    with graphs.goalreach(arguments, domain=graphs.fresh_domain(), home=tmp_path) as player:
+        text = player.communicate(timeout=LIMIT_S)[0]
+
+    assert player.returncode == 0
+    assert '/split is not replayed: ' in text
+    assert 'replayed 3 messages' in text
+
+
+def test_timer_keeps_pauses_and_rates() -> None:
+    timer = ReplayTimer(rate=2.0)
+    timer.jump(10.0, 1_000_000_000)
+    assert timer.due_s(3_000_000_000) == 11.0
+    timer.toggle(10.5)
+    assert timer.time_ns(99.0) == 2_000_000_000
+    timer.toggle(20.0)
+    assert timer.due_s(3_000_000_000) == 20.5
+    timer.change_rate(20.0, 0.5)
+    assert timer.due_s(3_000_000_000) == 21.0
+    timer.jump(30.0, 5_000_000_000)
+    assert timer.time_ns(31.0) == 6_000_000_000
