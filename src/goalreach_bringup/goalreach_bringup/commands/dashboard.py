@@ -43,7 +43,7 @@ def execute(options: Options) -> int:
     except ModuleNotFoundError as error:
         reason = f'needs {error.name}: install the extra, pip install "goalreach[dashboard]"'
         raise GoalreachError(reason) from None
-    from goalreach_dashboard.address import TOKEN_VARIABLE, bind, is_loopback, url
+    from goalreach_dashboard import TOKEN_VARIABLE, bind, is_loopback, url
     from goalreach_dashboard.web.server import serve
     from goalreach_evaluation.choices import choose_arena
 

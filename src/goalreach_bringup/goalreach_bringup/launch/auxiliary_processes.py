@@ -13,7 +13,7 @@ import sys
 from typing import Final
 
 from goalreach_bringup.launch.child_process import ChildProcess, stop_all
-from goalreach_dashboard.address import TOKEN_VARIABLE
+from goalreach_dashboard import TOKEN_VARIABLE
 from goalreach_msgs_py.errors import GoalreachError
 
 _LOG: Final = logging.getLogger(__name__)
