@@ -41,7 +41,9 @@ class Options(BenchOptions):
     """Options of the suite."""
 
     scale: float = option(1.0, 'factor on the extent of every measurement', above=0.0)
-    only: tuple[str, ...] = option((), 'only these groups of rows', choices=tuple(GROUPS))
+    only: tuple[str, ...] = option(
+        (), f'only some of the groups {", ".join(GROUPS)}', choices=tuple(GROUPS), metavar='GROUP'
+    )
     out: Path | None = option(None, 'write the document, in Markdown')
 
 
