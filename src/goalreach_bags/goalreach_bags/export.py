@@ -1,4 +1,4 @@
-"""The messages of a topic as a table: one row per message, one column per number or text."""
+"""Export of a topic as a table: one row per message, one column per number or text."""
 
 from __future__ import annotations
 

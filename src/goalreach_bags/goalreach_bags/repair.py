@@ -1,4 +1,4 @@
-"""Repairing the bag of a recorder that was killed, without harm to any file."""
+"""Repair of bags whose recorder was killed, without harm to any file."""
 
 from __future__ import annotations
 

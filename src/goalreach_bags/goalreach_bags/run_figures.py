@@ -28,7 +28,7 @@ from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
 
 _JUMP_M: Final = 0.1
-"""A truth that moves further within a tick was placed, not driven. Chosen: ten times a step."""
+"""Longer steps of the truth are placements, not driving. Chosen: ten times a step."""
 
 _COLOURS: Final = (BLUE, ORANGE, GREEN, VERMILION, SKY, BLACK, GREY, '#cc79a7')
 _DEGREES: Final = 180.0 / np.pi
@@ -38,7 +38,7 @@ Floats = NDArray[np.float64]
 
 
 def run_figures(series: RunSeries) -> dict[str, Figure]:
-    """Return the figures of a run by the name of their files."""
+    """Return the figures of a run by file name."""
     return {
         'path': _path(series),
         'error': _error(series),
@@ -49,7 +49,7 @@ def run_figures(series: RunSeries) -> dict[str, Figure]:
 
 
 def _broken(series: RunSeries, values: Floats) -> Floats:
-    """Return values with a gap wherever the robot was placed."""
+    """Return values with a gap at each placement of the robot."""
     steps = np.hypot(*np.diff(series.truth[:, :2], axis=0).T)
     broken: Floats = values.astype(np.float64).copy()
     broken[1:][steps > _JUMP_M] = np.nan

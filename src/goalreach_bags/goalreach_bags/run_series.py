@@ -1,4 +1,4 @@
-"""What happened in a run, over time, from its bag alone."""
+"""Time series of a run, read from its bag."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ _NS: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class RunSeries:
-    """The course of a run; one row per stamp that perception answered.
+    """Time series of a run; one row per stamp with truth, pose and state.
 
     Attributes:
-        arena: Where it was driven.
+        arena: The arena.
         time_s: The stamps, (n).
         truth: True x, y, heading, m and rad, (n, 3).
-        estimate: Estimated x, y, heading, (n, 3); NaN where it was not to be trusted.
+        estimate: Estimated x, y, heading, (n, 3); NaN where the state was uncertain.
         sigma: Standard deviations of the estimate, (n, 3); NaN likewise.
         memberships: Of LEFT-SIDE, FRONT, RIGHT-SIDE, NEAR, MEDIUM, FAR, (n, 6).
         region: Index of the region in a table of 3 x 3, (n).
         q: Q-values of the region's actions, (n, 8); NaN where the bag has no Q-table.
-        command: Speed and steering rate commanded, (n, 2); NaN where there was none.
+        command: Speed and steering rate commanded, (n, 2); NaN where there is none.
     """
 
     arena: Arena
@@ -65,7 +65,7 @@ def recorded_arena(bag: BagReader) -> Arena:
 
 
 def read_run_series(bag: BagReader) -> RunSeries:
-    """Return the course of a run.
+    """Return the time series of a run.
 
     Raises:
         GoalreachError: The bag lacks truth, pose or state, or a message is of another type.
@@ -137,7 +137,7 @@ def _command(message: Any) -> tuple[float, float]:  # noqa: ANN401 - a decoded m
 def _q_over_time(
     tables: Mapping[int, Any], stamps: list[int], region: NDArray[np.int64]
 ) -> Floats:
-    """Return the Q-values of the region, from the table that was valid at each stamp."""
+    """Return the Q-values of the region, from the table valid at each stamp."""
     if not tables:
         return np.full((len(stamps), 8), np.nan)
     times = sorted(tables)

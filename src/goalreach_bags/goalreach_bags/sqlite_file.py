@@ -44,7 +44,7 @@ CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 """
 _SCHEMA_VERSION: Final = 4
 _FIRST_TABLES: Final = {'schema', 'metadata', 'topics', 'message_definitions'}
-"""Tables that are made before that of messages."""
+"""Tables that are created before the one for messages."""
 
 _COMMIT_BYTES: Final = 4 * 1024 * 1024
 """Buffered messages are committed at this size. Chosen."""
@@ -131,7 +131,7 @@ class SqliteWriter:
         self.close()
 
     def close(self) -> None:
-        """Close; what is not committed is gone."""
+        """Close without a commit."""
         self._base.close()
 
     def _execute(self, statement: str, values: tuple[Any, ...] = ()) -> None:
@@ -311,7 +311,7 @@ def scan_sqlite(path: Path) -> SqliteScan:
 
 @contextmanager
 def _recovered(path: Path) -> Iterator[sqlite3.Connection]:
-    """Open a file as SQLite recovers it, without a change to the file: a copy if it must."""
+    """Open a file; one with the journal of a killed process is recovered on a copy."""
     journal = path.with_name(f'{path.name}-journal')
     with ExitStack() as stack:
         source, mode = path, 'mode=ro'
@@ -363,7 +363,7 @@ def _damage(path: Path, base: sqlite3.Connection, *, closed: bool) -> str:
 
 
 def is_truncated_database(path: Path) -> bool:
-    """Return whether a file is the beginning of a bag's, without a table of messages yet."""
+    """Return whether a file was created for a bag, but has no table of messages yet."""
     try:
         with _recovered(path) as base:
             rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")

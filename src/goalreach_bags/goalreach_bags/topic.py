@@ -1,4 +1,4 @@
-"""Topics of a bag: type, definition, offered quality of service; and which are selected."""
+"""Topics of a bag: type, definition and offered quality of service."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing a bag: a directory of storage files and their summary."""
+"""Writing a bag: a directory of storage files and their metadata."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FLUSH_S: Final = 1.0
 
 
 class BagWriter:
-    """A bag that is being written.
+    """A bag open for writing.
 
     Attributes:
         path: Its directory.
