@@ -136,8 +136,7 @@ class CameraRenderer:
         self._optics = optics
         self._noise = noise
         self.dark: frozenset[int] = frozenset()
-        self._extra: CameraView | None = None
-        self._extra_m: FloatArray = np.empty((0, 3))
+        self._false_light: tuple[CameraView, FloatArray] | None = None
         self._rng = rng
         self._event_rng = event_rng
         self._shape = (camera.height_px, camera.width_px)
@@ -167,21 +166,22 @@ class CameraRenderer:
             strength = emission(along_m / range_m, self._exponent)
             self._add_spot(image, u_px, v_px, range_m, strength)
         self._add_spurious(image, *events[len(pixels) :])
-        self._add_extra(image, pose)
+        self._add_false_light(image, pose)
         return image
 
-    def set_extra_light(self, place_m: tuple[float, ...]) -> None:
+    def set_false_light(self, place_m: tuple[float, ...]) -> None:
         """Set a false light that shines in all directions: x, y, z in `map`, metres, or empty."""
-        self._extra_m = np.array(place_m, dtype=np.float64).reshape(-1, 3)
-        self._extra = CameraView(self._camera, self._extra_m) if place_m else None
+        point_m = np.array([place_m], dtype=np.float64)
+        self._false_light = (CameraView(self._camera, point_m), point_m) if place_m else None
 
-    def _add_extra(self, image: NDArray[np.uint8], pose: CameraPose) -> None:
-        if self._extra is None:
+    def _add_false_light(self, image: NDArray[np.uint8], pose: CameraPose) -> None:
+        if self._false_light is None:
             return
-        ranges_m = np.linalg.norm(pose.centre_m - self._extra_m, axis=1).tolist()
-        for (u_px, v_px), range_m in zip(self._extra.pixels(pose), ranges_m, strict=True):
-            if range_m > 0.0 and not math.isnan(u_px):
-                self._add_spot(image, u_px, v_px, range_m, 1.0)
+        view, point_m = self._false_light
+        ((u_px, v_px),) = view.pixels(pose)
+        range_m = float(np.linalg.norm(pose.centre_m - point_m))
+        if range_m > 0.0 and not math.isnan(u_px):
+            self._add_spot(image, u_px, v_px, range_m, 1.0)
 
     def _add_spot(
         self, image: NDArray[np.uint8], u_px: float, v_px: float, range_m: float, strength: float

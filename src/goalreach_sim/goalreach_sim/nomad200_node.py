@@ -32,8 +32,7 @@ from goalreach_msgs_py.topics import (
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
 from goalreach_sim.ros.command_guard import CommandGuard
-from goalreach_sim.ros.frame_publisher import FramePublisher
-from goalreach_sim.ros.markers import arena_markers
+from goalreach_sim.ros.publishers import FramePublisher, arena_markers
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import (
     FaultParameters,

@@ -130,7 +130,7 @@ class Simulator:
     def faults(self, faults: SimulatedFaults) -> None:
         robot = self.robot
         self._renderer.dark = frozenset(int(number) for number in faults.dark_leds)
-        self._renderer.set_extra_light(faults.extra_light_m)
+        self._renderer.set_false_light(faults.extra_light_m)
         if faults.odometry_frozen != self._faults.odometry_frozen:
             stood = self._encoders_stood
             self._encoders_stood = robot.odometry.pose if faults.odometry_frozen else None
