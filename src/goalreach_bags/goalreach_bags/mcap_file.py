@@ -125,84 +125,34 @@ class ChunkBuffer:
         return offsets, bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
-@dataclass
-class FileSummary:
-    """Collects what the end of a file repeats about its records.
+def _encode_end(position: int, summary: Mapping[Opcode, bytearray], metadata: str) -> bytes:
+    """Return all that follows the last chunk: metadata, summary and footer.
 
-    They are kept encoded: a chunk's index takes 230 bytes, a tenth of what the object takes.
-
-    Attributes:
-        schemas: The schema records.
-        channels: The channel records.
-        chunks: The chunk index records.
-        counts: Messages by channel.
+    Args:
+        position: Where in the file it will be stored.
+        summary: Encoded records that the summary holds, by kind.
+        metadata: Metadata of the bag, of which the file keeps a copy.
     """
-
-    schemas: list[bytes] = field(default_factory=list)
-    channels: list[bytes] = field(default_factory=list)
-    chunks: bytearray = field(default_factory=bytearray)
-    counts: dict[int, int] = field(default_factory=dict)
-    _chunk_count: int = 0
-    _first_ns: int = 0
-    _last_ns: int = 0
-
-    @property
-    def size(self) -> int:
-        """Bytes of the collected records."""
-        return sum(map(len, (*self.schemas, *self.channels))) + len(self.chunks)
-
-    def add_chunk(self, index: ChunkIndex, messages: Mapping[int, MessageIndex]) -> None:
-        """Add a chunk that is in the file, and count its messages."""
-        self.chunks += encode(index)
-        self._chunk_count += 1
-        if messages:
-            first_ns = index.message_start_time
-            self._first_ns = min(self._first_ns, first_ns) if self.counts else first_ns
-            self._last_ns = max(self._last_ns, index.message_end_time)
-        for channel, entries in messages.items():
-            self.counts[channel] = self.counts.get(channel, 0) + len(entries.records)
-
-    def _statistics(self) -> Statistics:
-        return Statistics(
-            attachment_count=0,
-            channel_count=len(self.channels),
-            channel_message_counts=self.counts,
-            chunk_count=self._chunk_count,
-            message_count=sum(self.counts.values()),
-            message_end_time=self._last_ns,
-            message_start_time=self._first_ns,
-            metadata_count=1,
-            schema_count=len(self.schemas),
-        )
-
-    def encode_end(self, position: int, metadata: str) -> bytes:
-        """Return all that follows the last chunk: metadata, summary and footer.
-
-        Args:
-            position: Where in the file it will be stored.
-            metadata: Metadata of the bag, of which the file keeps a copy.
-        """
-        copy = encode(Metadata(name=BAG_METADATA, metadata={COPY_KEY: metadata}))
-        data_end = encode(DataEnd(data_section_crc=0))
-        groups = {
-            Opcode.SCHEMA: b''.join(self.schemas),
-            Opcode.CHANNEL: b''.join(self.channels),
-            Opcode.CHUNK_INDEX: bytes(self.chunks),
-            Opcode.METADATA_INDEX: encode(
-                MetadataIndex(offset=position, length=len(copy), name=BAG_METADATA)
-            ),
-            Opcode.STATISTICS: encode(self._statistics()),
-        }
-        start = summary_start = position + len(copy) + len(data_end)
-        offsets: list[McapRecord] = []
-        for opcode, data in groups.items():
-            if data:
-                offsets.append(SummaryOffset(opcode, group_start=start, group_length=len(data)))
-                start += len(data)
-        summary = b''.join((*groups.values(), encode(*offsets)))
-        footer = Footer(summary_start=summary_start, summary_offset_start=start, summary_crc=0)
-        footer.summary_crc = crc32(summary + encode(footer)[:-_CRC_BYTES])
-        return b''.join((copy, data_end, summary, encode(footer), MAGIC))
+    copy = encode(Metadata(name=BAG_METADATA, metadata={COPY_KEY: metadata}))
+    data_end = encode(DataEnd(data_section_crc=0))
+    index = MetadataIndex(offset=position, length=len(copy), name=BAG_METADATA)
+    groups = {
+        Opcode.SCHEMA: summary[Opcode.SCHEMA],
+        Opcode.CHANNEL: summary[Opcode.CHANNEL],
+        Opcode.CHUNK_INDEX: summary[Opcode.CHUNK_INDEX],
+        Opcode.METADATA_INDEX: encode(index),
+        Opcode.STATISTICS: summary[Opcode.STATISTICS],
+    }
+    start = summary_start = position + len(copy) + len(data_end)
+    offsets: list[McapRecord] = []
+    for opcode, data in groups.items():
+        if data:
+            offsets.append(SummaryOffset(opcode, group_start=start, group_length=len(data)))
+            start += len(data)
+    records = b''.join((*groups.values(), encode(*offsets)))
+    footer = Footer(summary_start=summary_start, summary_offset_start=start, summary_crc=0)
+    footer.summary_crc = crc32(records + encode(footer)[:-_CRC_BYTES])
+    return b''.join((copy, data_end, records, encode(footer), MAGIC))
 
 
 class McapWriter:
@@ -222,7 +172,21 @@ class McapWriter:
         self._stream = path.open('xb', buffering=0)
         self._position = 0
         self._schemas: dict[str, int] = {}
-        self._summary = FileSummary()
+        # Kept encoded: a chunk's index takes 230 bytes, a tenth of what the object takes.
+        self._summary = {
+            kind: bytearray() for kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.CHUNK_INDEX)
+        }
+        self._statistics = Statistics(
+            attachment_count=0,
+            channel_count=0,
+            channel_message_counts={},
+            chunk_count=0,
+            message_count=0,
+            message_end_time=0,
+            message_start_time=0,
+            metadata_count=1,
+            schema_count=0,
+        )
         self._chunk = ChunkBuffer()
         self._append(MAGIC + encode(Header(profile='ros2', library=LIBRARY)))
 
@@ -246,8 +210,8 @@ class McapWriter:
                 encoding=topic.encoding,
                 name=topic.type_name,
             )
-            self._summary.schemas.append(encode(schema))
-            self._chunk.add_record(encode(schema))
+            self._statistics.schema_count += 1
+            self._add_record(Opcode.SCHEMA, schema)
         channel = Channel(
             id=number,
             topic=topic.name,
@@ -258,8 +222,13 @@ class McapWriter:
             },
             schema_id=self._schemas[topic.type_name],
         )
-        self._summary.channels.append(encode(channel))
-        self._chunk.add_record(encode(channel))
+        self._statistics.channel_count += 1
+        self._add_record(Opcode.CHANNEL, channel)
+
+    def _add_record(self, kind: Opcode, record: McapRecord) -> None:
+        data = encode(record)
+        self._summary[kind] += data
+        self._chunk.add_record(data)
 
     def write(self, number: int, time_ns: int, publish_ns: int, data: bytes) -> None:
         """Add a message to the chunk."""
@@ -271,7 +240,8 @@ class McapWriter:
             return
         chunk = self._chunk.to_chunk(self._compression)
         data = encode(chunk)
-        require_free_space(self._path, len(data) + self._summary.size + _SUMMARY_PER_CHUNK)
+        summary = sum(map(len, self._summary.values()))
+        require_free_space(self._path, len(data) + summary + _SUMMARY_PER_CHUNK)
         offset = self._position
         offsets, indexes = self._chunk.encode_indexes(offset + len(data))
         self._append(data, indexes)
@@ -286,8 +256,22 @@ class McapWriter:
             message_start_time=chunk.message_start_time,
             uncompressed_size=chunk.uncompressed_size,
         )
-        self._summary.add_chunk(index, self._chunk.indexes)
+        self._summary[Opcode.CHUNK_INDEX] += encode(index)
+        self._count(self._chunk)
         self._chunk = ChunkBuffer()
+
+    def _count(self, chunk: ChunkBuffer) -> None:
+        """Count a chunk that is in the file."""
+        total = self._statistics
+        total.chunk_count += 1
+        if chunk.indexes:
+            first_ns = min(total.message_start_time, chunk.first_ns)
+            total.message_start_time = first_ns if total.message_count else chunk.first_ns
+            total.message_end_time = max(total.message_end_time, chunk.last_ns)
+        for channel, index in chunk.indexes.items():
+            counts, count = total.channel_message_counts, len(index.records)
+            counts[channel] = counts.get(channel, 0) + count
+            total.message_count += count
 
     def drop_pending(self) -> None:
         """Discard the chunk; the summary still holds its schemas and channels."""
@@ -296,7 +280,8 @@ class McapWriter:
     def finish(self, metadata: str) -> None:
         """Write the last chunk, the bag's metadata and the summary."""
         self.flush()
-        self._append(self._summary.encode_end(self._position, metadata))
+        summary = {**self._summary, Opcode.STATISTICS: bytearray(encode(self._statistics))}
+        self._append(_encode_end(self._position, summary, metadata))
         self.close()
 
     def close(self) -> None:
