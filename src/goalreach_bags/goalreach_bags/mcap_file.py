@@ -136,7 +136,7 @@ def _encode_end(position: int, summary: Mapping[Opcode, bytearray], metadata: st
     copy = encode(Metadata(name=BAG_METADATA, metadata={COPY_KEY: metadata}))
     data_end = encode(DataEnd(data_section_crc=0))
     index = MetadataIndex(offset=position, length=len(copy), name=BAG_METADATA)
-    groups = {
+    groups: dict[Opcode, bytes | bytearray] = {
         Opcode.SCHEMA: summary[Opcode.SCHEMA],
         Opcode.CHANNEL: summary[Opcode.CHANNEL],
         Opcode.CHUNK_INDEX: summary[Opcode.CHUNK_INDEX],
