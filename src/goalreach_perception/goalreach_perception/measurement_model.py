@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import functools
-from typing import Final
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -72,8 +72,7 @@ class Lens:
         return Lens(focal_px=self.focal_px * (1.0 + relative_error), centre_px=self.centre_px)
 
 
-@dataclass(frozen=True)
-class Projection:
+class Projection(NamedTuple):
     """Pixels of k LEDs and their derivatives; every array may have leading batch axes.
 
     Attributes:

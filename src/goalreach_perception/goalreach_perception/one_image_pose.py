@@ -88,13 +88,7 @@ class ImageGeometry:
         """
         rotations = _rotations(poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots])
         single = project(offsets_m[:, :, None, :], rotations, self.lens)
-        return Projection(
-            single.pixels_px[:, :, 0],
-            single.depth_m[:, :, 0],
-            single.by_offset[:, :, 0],
-            single.by_tilt[:, :, 0],
-            single.by_focal[:, :, 0],
-        )
+        return Projection(*(array[:, :, 0] for array in single))
 
 
 @dataclass(frozen=True)

@@ -92,15 +92,11 @@ class FadingMemory:
         self._variance = sigmas**2
         self._fading = fading
         self._memory_s = memory_s
-        self._factors: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
 
     def fade(
         self, mean: FloatArray, covariance: FloatArray, dt_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance after some time; an infinite time restores the prior."""
-        if self._factors is None or self._factors[0] != dt_s:
-            keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
-            back = np.diag((1.0 - keep * keep) * self._variance)
-            self._factors = (dt_s, keep, np.outer(keep, keep), back)
-        _, keep, keep_both, back = self._factors
-        return self._mean + keep * (mean - self._mean), keep_both * covariance + back
+        keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
+        gained = np.diag((1.0 - keep * keep) * self._variance)
+        return self._mean + keep * (mean - self._mean), np.outer(keep, keep) * covariance + gained

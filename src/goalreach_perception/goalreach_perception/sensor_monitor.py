@@ -86,30 +86,11 @@ class SensorMonitor:
             odometry: Pose in `odom`.
             output: Output of the localizer for the image.
         """
-        lines = self._lines(image, camera, joints, odometry, output)
-        fresh = []
-        for line in lines:
-            kind = line[:_KIND_LENGTH]
-            lasting = time_ns - self._last_ns.get(kind, -_AGAIN_NS) < _AGAIN_NS
-            self._last_ns[kind] = time_ns
-            if not lasting or time_ns - self._reported_ns[kind] >= _QUIET_NS:
-                self._reported_ns[kind] = time_ns
-                fresh.append(line)
-        return fresh
-
-    def _lines(
-        self,
-        image: NDArray[np.uint8],
-        camera: PinholeCamera,
-        joints: HeadAngles,
-        odometry: Pose2,
-        output: LocalizerOutput,
-    ) -> list[str]:
-        lines = self._jumped(odometry) + self._given_up(output, odometry)
+        lines = self._jumped(odometry) + self._lost(output, odometry)
         if output.mode != 'tracking':
             self._poses.clear()
             self._missing = [0] * len(self._leds_m)
-            return lines
+            return self._due(lines, time_ns)
         pose = output.estimate.pose
         self._frames += 1
         scan = self._frames % _SCAN_FRAMES == 0
@@ -120,7 +101,19 @@ class SensorMonitor:
                 lines += self._spurious(image, pixels)
         else:
             self._missing = [0] * len(self._leds_m)
-        return lines + self._standing(pose, odometry)
+        return self._due(lines + self._standing(pose, odometry), time_ns)
+
+    def _due(self, lines: list[str], time_ns: int) -> list[str]:
+        """Return the lines of new faults, and of lasting ones not reported for a second."""
+        due = []
+        for line in lines:
+            kind = line[:_KIND_LENGTH]
+            lasting = time_ns - self._last_ns.get(kind, -_AGAIN_NS) < _AGAIN_NS
+            self._last_ns[kind] = time_ns
+            if not lasting or time_ns - self._reported_ns[kind] >= _QUIET_NS:
+                self._reported_ns[kind] = time_ns
+                due.append(line)
+        return due
 
     def _jumped(self, odometry: Pose2) -> list[str]:
         last, self._odometry = self._odometry, odometry
@@ -129,12 +122,12 @@ class SensorMonitor:
         moved_m = math.hypot(odometry.x_m - last.x_m, odometry.y_m - last.y_m)
         return [f'odometry jumped by {moved_m:.2f} m'] if moved_m > _JUMP_M else []
 
-    def _given_up(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
+    def _lost(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
         counters, before = output.counters, self._counters
         self._counters = counters
         if counters.lost <= before.lost:
-            anew = counters.acquired > before.acquired > before.lost
-            return ['the pose was replaced by another that fits the image'] if anew else []
+            replaced = counters.acquired > before.acquired > before.lost
+            return ['the pose was replaced by another that fits the image'] if replaced else []
         self._lost_at = [*self._lost_at[1 - _LOSSES :], odometry]
         if len(self._lost_at) == _LOSSES and self._lost_at.count(odometry) == _LOSSES:
             return ['odometry stands still while the LEDs show motion']
