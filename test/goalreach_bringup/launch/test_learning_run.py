@@ -33,7 +33,7 @@ def test_an_unfinished_file_goes_on_where_it_was_left(tmp_path: Path) -> None:
     assert learning.first_path == 430
     assert learning.remaining(0, 22) == 10
     assert learning.remaining(4, 22) == 4
-    assert learning.announcement(22) == 'going on with path 431 of 440'
+    assert learning.announcement(22) == 'continuing with path 431 of 440'
     assert np.array_equal(learning.policy.q, policy.q)
 
 
@@ -60,4 +60,4 @@ def test_learning_over_the_graph_survives_the_end_of_a_run(tmp_path: Path) -> No
         assert policy.learning['paths_driven'] == first_path + 2
         assert int(policy.visits.sum()) >= first_path + 2
         assert f'after {first_path + 2} paths' in output
-    assert 'going on with path 3 of 40' in output
+    assert 'continuing with path 3 of 40' in output

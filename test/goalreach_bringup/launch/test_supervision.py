@@ -11,8 +11,8 @@ from nav_msgs.msg import Odometry
 import pytest
 from rclpy.qos import QoSProfile
 
+from goalreach_bringup.launch.path_evaluator import Progress
 from goalreach_bringup.launch.plan import resume_parameters
-from goalreach_bringup.launch.referee import Progress
 from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
 from goalreach_msgs_py.topics import NODES
@@ -72,7 +72,7 @@ def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
 
 def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:
     truth = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
-    progress = Progress(path=7, on_the_way=True, last_ns=123, truth=truth)
+    progress = Progress(path=7, placed=True, last_ns=123, truth=truth)
     assert resume_parameters(progress, lockstep=False) == {
         'goal_reaching_controller': {'first_path': 7, 'resume': True},
         'nomad200': {'start_pose': (1.0, 2.0, 0.5), 'start_time_ns': 123},
@@ -81,14 +81,14 @@ def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:
 
 def test_in_lockstep_its_clock_goes_on_past_what_the_launcher_has_not_heard() -> None:
     progress = Progress(
-        path=0, on_the_way=True, last_ns=123, truth=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+        path=0, placed=True, last_ns=123, truth=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
     )
     resumed = resume_parameters(progress, lockstep=True)
     assert resumed['nomad200']['start_time_ns'] == 6_000_000_123
 
 
 def test_before_the_first_tick_everything_starts_as_planned() -> None:
-    progress = Progress(path=0, on_the_way=False, last_ns=0, truth=None)
+    progress = Progress(path=0, placed=False, last_ns=0, truth=None)
     assert resume_parameters(progress, lockstep=True) == {
         'goal_reaching_controller': {'first_path': 0, 'resume': False}
     }

@@ -1,4 +1,4 @@
-"""The environment that makes a graph quick, complete and private to this machine."""
+"""Environment of a graph: variables, run directory, domain lock, shared memory."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str,
 
 
 def make_run_directory() -> Path:
-    """Make and return the directory of this run's logs, where ROS keeps its logs.
+    """Create and return the directory of this run's logs, in that of ROS.
 
     Raises:
         GoalreachError: It cannot be made.
@@ -52,7 +52,7 @@ def make_run_directory() -> Path:
     try:
         directory.mkdir(parents=True)
     except OSError as error:
-        raise GoalreachError(f'{directory}: cannot be made: {error.strerror}') from None
+        raise GoalreachError(f'{directory}: cannot be created: {error.strerror}') from None
     return directory
 
 
@@ -60,15 +60,15 @@ FIRST_DOMAIN: Final = 10
 
 
 class DomainTakenError(GoalreachError):
-    """Another stack runs in the domain."""
+    """Another stack runs in the ROS domain."""
 
 
 @contextmanager
 def domain_lock() -> Iterator[None]:
-    """Hold this process's ROS domain; the kernel lets go of it however the process ends.
+    """Lock this process's ROS domain; the kernel releases it however the process ends.
 
     Raises:
-        GoalreachError: Another stack of this person holds it.
+        GoalreachError: Another stack of this user holds it.
     """
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     with open_domain_file(domain) as stream:
@@ -105,19 +105,19 @@ def open_domain_file(domain: str) -> IO[str]:
 SHARED_MEMORY: Final = Path('/dev/shm')  # noqa: S108 - where Linux and Fast DDS keep it
 _LOCK_SUFFIX: Final = '_el'
 _YOUNG_S: Final = 2.0
-"""A segment is made before it is locked; files younger than this are left alone. Chosen."""
+"""A segment is created before it is locked; files younger than this are kept. Chosen."""
 
 
 def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) -> list[Path]:
-    """Return this person's Fast DDS files whose every user has died.
+    """Return the Fast DDS files of this user that no living process uses.
 
-    A process that receives through a segment or a port holds a lock on the file beside it whose
-    name ends in `_el`; one that sends has mapped it, and would go on sending into the void where
-    the name were given to a new file. Both are looked at.
+    A process that receives through a segment or a port locks a second file whose name ends in
+    `_el`; one that sends has mapped the segment, and would continue to send into the deleted file
+    if its name were reused. Both are checked.
 
     Args:
-        folder: Where they are.
-        young_s: Files changed within so many seconds are taken for being in use.
+        folder: Folder of the files.
+        young_s: Files changed within this time count as used.
     """
     mapped = _mapped_names()
     bases = {path.name.removesuffix(_LOCK_SUFFIX) for path in folder.glob('fastrtps_*')}
@@ -134,12 +134,12 @@ def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) 
 
 
 def present_files(folder: Path = SHARED_MEMORY) -> list[Path]:
-    """Return all files of Fast DDS, of living processes and of dead ones."""
+    """Return all Fast DDS files, of living and of dead processes."""
     return [*folder.glob('fastrtps_*'), *folder.glob('sem.fastrtps_*')]
 
 
 def remove_abandoned(folder: Path = SHARED_MEMORY) -> int:
-    """Remove what `abandoned_files` tells; return how many files that were."""
+    """Remove the abandoned files; return their number."""
     files = abandoned_files(folder)
     for path in files:
         with contextlib.suppress(OSError):
@@ -161,7 +161,7 @@ def _is_abandoned(path: Path, young_s: float) -> bool:
 
 
 def _mapped_names() -> set[str]:
-    """Return the names of files in shared memory that a process of this person has mapped."""
+    """Return the names of files in shared memory that a process of this user has mapped."""
     names: set[str] = set()
     for maps in Path('/proc').glob('[0-9]*/maps'):
         with contextlib.suppress(OSError):

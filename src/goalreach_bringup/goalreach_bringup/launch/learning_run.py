@@ -1,4 +1,4 @@
-"""Learning over the live graph: where it begins, goes on, and ends."""
+"""Learning over the live graph: its start, continuation and result."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _PATHS_DRIVEN = 'paths_driven'
 
 @dataclass(frozen=True, kw_only=True)
 class LearningRun:
-    """A learning phase that may have begun in an earlier run.
+    """A learning phase that may have started in an earlier run.
 
-    The controller writes the policy file after every path, so a run that ends for whatever
-    reason goes on from there when it is started again with the same file.
+    The controller writes the policy file after every path, so a later run with the same file
+    continues there, for whatever reason the earlier one ended.
 
     Attributes:
-        policy: What is known at the start.
+        policy: The policy at the start of the run.
         first_path: Number of the first path to be driven.
-        trials: Trials in all.
+        trials: Trials of the whole phase.
     """
 
     policy: Policy
@@ -35,12 +35,12 @@ class LearningRun:
 
     @classmethod
     def begin(cls, path: Path, arena: Arena, *, trials: int = 0) -> LearningRun:
-        """Return the learning that the file holds, or a new one that it will hold.
+        """Return the learning phase of a file, or a new one written to it.
 
         Args:
             path: Policy file.
-            arena: Where to learn.
-            trials: Trials in all; 0 for the default.
+            arena: Arena to learn in.
+            trials: Trials of the whole phase; 0 for the default.
 
         Raises:
             FileFormatError: The file is no policy, one of another arena, or one that was not
@@ -55,28 +55,28 @@ class LearningRun:
         driven = policy.learning.get(_PATHS_DRIVEN, None if policy.visits.any() else 0)
         if type(driven) is not int or driven < 0:
             reason = f'learning.{_PATHS_DRIVEN} = {driven!r}: must be the number of paths driven'
-            raise FileFormatError(path, f'{reason}; give --learn a new file')
+            raise FileFormatError(path, f'{reason}; choose a new file for --learn')
         return cls(policy=policy, first_path=driven, trials=trials)
 
     def total(self, starts: int) -> int:
         """Return the number of paths of the whole learning phase."""
         return self.trials * starts
 
-    def remaining(self, asked: int, starts: int) -> int:
-        """Return the number of paths of this run: all that are left, or as many as asked."""
+    def remaining(self, requested: int, starts: int) -> int:
+        """Return the number of paths of this run: all that are left, or as many as requested."""
         left = max(0, self.total(starts) - self.first_path)
-        return min(asked, left) if asked else left
+        return min(requested, left) if requested else left
 
     def announcement(self, starts: int) -> str:
-        """Return the line that tells where learning begins."""
+        """Return the message at the start of learning."""
         total = self.total(starts)
         if self.first_path:
-            return f'going on with path {self.first_path + 1} of {total}'
+            return f'continuing with path {self.first_path + 1} of {total}'
         return f'learning over the graph: {self.trials} trials of {starts} paths'
 
     @staticmethod
     def verdict(path: Path, arena: Arena) -> str:
-        """Return the line that tells what the file now holds.
+        """Return the message at the end of learning: the success of the policy in the file.
 
         Raises:
             FileFormatError: The file cannot be read.

@@ -1,4 +1,4 @@
-"""From what a person asked to the parameters of every node."""
+"""Parameters of every node, from the options of a run and a parameter file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
-from goalreach_bringup.launch.referee import Progress
+from goalreach_bringup.launch.path_evaluator import Progress
 from goalreach_evaluation.starts import RunSeeds, random_starts
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.mission import MissionConfig
@@ -30,10 +30,10 @@ _ENDLESS_STARTS = 1000
 
 
 def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[Pose2, ...]:
-    """Return the starting poses of a run.
+    """Return the start poses of a run.
 
     Raises:
-        ConfigurationError: A start given by hand is not on the free floor.
+        ConfigurationError: A start given as an option is not on the free floor.
     """
     for pose in options.start_poses:
         if not arena.is_free(pose.x_m, pose.y_m):
@@ -45,7 +45,7 @@ def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[P
         return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
     if options.paths or options.learn:
         return arena.starts
-    # A run without end is for a person to watch: it begins opposite, with the LEDs in view.
+    # A run without end is watched by a person: start opposite the goal, with the LEDs in view.
     half = len(arena.starts) // 2
     return arena.starts[half:] + arena.starts[:half]
 
@@ -132,7 +132,7 @@ def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> 
 
 
 def _check(parameters: NodeParameters) -> None:
-    """Build every configuration once, so that a mistake is told before anything starts."""
+    """Build every configuration once, to report a mistake before anything starts."""
     classes: dict[str, tuple[type[object], ...]] = {
         ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
         LOCALIZER: (LocalizerConfig,),
@@ -153,24 +153,23 @@ def _build(node: str, cls: type[object], values: dict[str, Any]) -> None:
 
 
 _AHEAD_NS = 6_000_000_000
-"""In lockstep the nodes may have heard ticks that the launcher has not, a little over a hundred:
-4 s of the robot's clock, which must not go back for them."""
+"""In lockstep the nodes may be a little over a hundred ticks ahead of the launcher: 4 s of the
+robot's clock, which must not go back for them."""
 
 
 def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[str, Any]]:
     """Return the parameters that differ from those of the start, by node.
 
-    The controller goes on with the running path from wherever the robot stands, and with what it
-    had learned by the end of the last path; the robot stands where it truly was, and its clock
-    goes on.
+    The controller continues the current path from the robot's pose, with the Q-table of the end of
+    the last path; the robot continues at its true pose, and its clock does not go back.
 
     Args:
-        progress: How far the run is.
-        lockstep: Whether the graph may have been ahead of what was heard of it.
+        progress: Progress of the run.
+        lockstep: Whether the graph may be ahead of the launcher.
     """
     controller: dict[str, Any] = {
         'first_path': progress.path,
-        'resume': progress.on_the_way,
+        'resume': progress.placed,
     }
     changes: dict[str, dict[str, Any]] = {CONTROLLER: controller}
     if progress.truth is not None:

@@ -1,0 +1,239 @@
+"""Evaluation of driven paths against the ground truth, from the topics of a running graph."""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+import itertools
+import math
+from typing import Final, overload
+
+from goalreach_evaluation.path_metrics import PathMeter, PathResult
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+_PLACED_M: Final = 0.01
+"""A robot this near to a start has been placed there. Chosen."""
+_NAN: Final = math.nan
+_WIDTH: Final = 7
+"""Numbers per tick: two poses and a heading."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tick:
+    """True and estimated state at one stamp.
+
+    Attributes:
+        time_ns: The stamp.
+        truth: True pose.
+        estimate: Estimated pose, or None where the state estimate was uncertain.
+        commanded_heading_rad: Heading that the controller commanded, or None.
+    """
+
+    time_ns: int
+    truth: Pose2
+    estimate: Pose2 | None
+    commanded_heading_rad: float | None
+
+
+class TickLog(Sequence[Tick]):
+    """Ticks in the order of their stamps, stored in 64 bytes each."""
+
+    def __init__(self) -> None:
+        """Create an empty log."""
+        self._stamps_ns = array('q')
+        self._numbers = array('d')
+
+    def append(self, tick: Tick) -> None:
+        """Add a tick later than all earlier ones."""
+        self._stamps_ns.append(tick.time_ns)
+        heading_rad = tick.commanded_heading_rad
+        self._numbers.extend(
+            (
+                *_row(tick.truth),
+                *_row(tick.estimate),
+                _NAN if heading_rad is None else heading_rad,
+            )
+        )
+
+    def take_until(self, time_ns: int) -> TickLog:
+        """Remove and return the ticks up to and including a stamp."""
+        count = bisect_right(self._stamps_ns, time_ns)
+        taken = self[:count]
+        del self._stamps_ns[:count]
+        del self._numbers[: count * _WIDTH]
+        return taken
+
+    def __len__(self) -> int:
+        return len(self._stamps_ns)
+
+    @overload
+    def __getitem__(self, index: int) -> Tick: ...
+    @overload
+    def __getitem__(self, index: slice) -> TickLog: ...
+    def __getitem__(self, index: int | slice) -> Tick | TickLog:
+        if isinstance(index, slice):
+            begin, end, step = index.indices(len(self))
+            if step != 1:
+                raise ValueError(f'ticks are sliced in steps of 1, not {step}')
+            part = TickLog()
+            part._stamps_ns = self._stamps_ns[begin:end]
+            part._numbers = self._numbers[begin * _WIDTH : end * _WIDTH]
+            return part
+        number = range(len(self))[index]
+        row = self._numbers[number * _WIDTH : (number + 1) * _WIDTH]
+        return Tick(
+            time_ns=self._stamps_ns[number],
+            truth=_pose(row[:3]),
+            estimate=None if math.isnan(row[3]) else _pose(row[3:6]),
+            commanded_heading_rad=None if math.isnan(row[6]) else row[6],
+        )
+
+
+def _row(pose: Pose2 | None) -> tuple[float, float, float]:
+    return (_NAN, _NAN, _NAN) if pose is None else (pose.x_m, pose.y_m, pose.heading_rad)
+
+
+def _pose(row: Sequence[float]) -> Pose2:
+    x_m, y_m, heading_rad = row
+    return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """Progress of a run, from which a restarted node continues.
+
+    Attributes:
+        path: Number of the current path.
+        placed: Whether the robot has been placed for it.
+        last_ns: Last stamp evaluated.
+        truth: True pose at that stamp, or None before the first.
+    """
+
+    path: int
+    placed: bool
+    last_ns: int
+    truth: Pose2 | None
+
+
+class PathEvaluator:
+    """Splits the stream of ticks into paths and evaluates each.
+
+    Outcomes arrive in the order of their paths. A path whose outcome or ticks were not received is
+    not judged, but counted, and evaluation continues with the next one.
+
+    Args:
+        starts: Start poses in the order driven, or empty where the robot is not placed.
+        regions: The region map, for the true goal.
+        first_path: Number of the first path.
+
+    Attributes:
+        last_ns: Stamp of the last tick.
+        unjudged: Numbers of the paths that ended and could not be judged.
+    """
+
+    def __init__(
+        self, starts: Sequence[Pose2], regions: RegionMap, *, first_path: int = 0
+    ) -> None:
+        """Start before the first path."""
+        self._starts = tuple(starts)
+        self._regions = regions
+        self._path = first_path
+        self._ticks = TickLog()
+        self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
+        self.last_ns = 0
+        self.unjudged: list[int] = []
+        self._truth: Pose2 | None = None
+
+    @property
+    def has_pending_outcome(self) -> bool:
+        """Whether the tick of an outcome's stamp has not arrived yet."""
+        return bool(self._outcomes)
+
+    @property
+    def progress(self) -> Progress:
+        """Progress of the run."""
+        return Progress(
+            path=self._path,
+            placed=bool(self._ticks),
+            last_ns=self.last_ns,
+            truth=self._truth,
+        )
+
+    def add_tick(self, tick: Tick) -> list[PathResult]:
+        """Add a tick; return the paths that it completes. A repeated tick is ignored."""
+        if tick.time_ns <= self.last_ns:
+            return []
+        self._ticks.append(tick)
+        self.last_ns, self._truth = tick.time_ns, tick.truth
+        return self._evaluate()
+
+    def add_outcome(self, time_ns: int, path: int, outcome: PathOutcome) -> list[PathResult]:
+        """Add an outcome from the controller; return the paths that it completes."""
+        if path >= self._path:
+            self._outcomes[path] = (time_ns, outcome)
+        return self._evaluate()
+
+    def evaluate_pending(self) -> list[PathResult]:
+        """Return the paths with a known outcome, without waiting for their last ticks."""
+        return self._evaluate(final=True)
+
+    def _evaluate(self, *, final: bool = False) -> list[PathResult]:
+        """Close the current path once its outcome and a tick of that stamp or later are known.
+
+        On an overloaded machine ticks are lost in transport; then the nearest one counts.
+        """
+        results: list[PathResult] = []
+        while self._outcomes:
+            path = min(self._outcomes)
+            end_ns, outcome = self._outcomes[path]
+            if self.last_ns < end_ns and not final:
+                break
+            del self._outcomes[path]
+            ticks = self._ticks.take_until(end_ns)
+            truth = ticks[-1].truth if ticks else self._truth
+            skipped = range(self._path, path)
+            self._path = path
+            self.unjudged.extend(skipped)
+            if truth is None:
+                self.unjudged.append(path)
+            else:
+                results.append(
+                    self._close(
+                        self._since_last_placing(ticks) if skipped else ticks, truth, outcome
+                    )
+                )
+            self._path += 1
+        return results
+
+    def _close(self, ticks: TickLog, truth: Pose2, outcome: PathOutcome) -> PathResult:
+        """Measure the current path by its ticks since the robot was placed."""
+        begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
+        ticks = ticks[next(begin, len(ticks)) :]
+        meter = PathMeter(self._start(ticks[0].truth if ticks else truth))
+        for tick in ticks:
+            meter.add(
+                time_ns=tick.time_ns,
+                truth=tick.truth,
+                estimate=tick.estimate,
+                commanded_heading_rad=tick.commanded_heading_rad,
+            )
+        in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
+        return meter.finish(outcome, in_goal=in_goal)
+
+    def _since_last_placing(self, ticks: TickLog) -> TickLog:
+        """Return the ticks since the robot last arrived at the start."""
+        began = 0
+        for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):
+            if self._is_at_start(later) and not self._is_at_start(earlier):
+                began = number
+        return ticks[began:]
+
+    def _start(self, truth: Pose2) -> Pose2:
+        return self._starts[self._path % len(self._starts)] if self._starts else truth
+
+    def _is_at_start(self, tick: Tick) -> bool:
+        start = self._start(tick.truth)
+        return math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m) <= _PLACED_M

@@ -1,0 +1,200 @@
+"""Splitting ticks into paths and evaluating them."""
+
+from collections.abc import Sequence
+import itertools
+import tracemalloc
+
+import pytest
+
+from goalreach_bringup.launch.path_evaluator import PathEvaluator, Tick, TickLog
+from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.values import PathOutcome, Pose2
+
+REGIONS = RegionMap()
+START = Pose2(x_m=0.5, y_m=3.0, heading_rad=0.0)
+
+
+def tick(stamp: int, x: float, y: float) -> Tick:
+    truth = Pose2(x_m=x, y_m=y, heading_rad=0.0)
+    return Tick(time_ns=stamp, truth=truth, estimate=truth, commanded_heading_rad=0.0)
+
+
+@pytest.mark.parametrize('outcome_first', [False, True])
+def test_a_path_ends_with_the_tick_of_its_outcome(outcome_first: bool) -> None:  # noqa: FBT001
+    evaluator = PathEvaluator([START], REGIONS)
+    results = []
+    ticks = [tick(0, 9.0, 9.0), tick(1, 0.5, 3.0), tick(2, 1.5, 3.0), tick(3, 1.7, 0.5)]
+    if outcome_first:
+        results += evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+    for each in ticks:
+        results += evaluator.add_tick(each)
+    if not outcome_first:
+        results += evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+    (result,) = results
+    assert result.outcome == 'goal'
+    assert result.length_m == pytest.approx(1.0 + (0.2**2 + 2.5**2) ** 0.5)
+    assert result.duration_s == pytest.approx(2e-9)
+
+
+def test_a_goal_outside_the_goal_region_is_false() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 0.5, 0.5)):
+        assert not evaluator.add_tick(each)
+    (result,) = evaluator.add_outcome(2, 0, PathOutcome.GOAL)
+    assert result.outcome == 'false-goal'
+
+
+def test_ticks_between_the_end_and_the_next_placing_belong_to_no_path() -> None:
+    other = Pose2(x_m=3.0, y_m=4.0, heading_rad=0.0)
+    evaluator = PathEvaluator([START, other], REGIONS)
+    ticks = [
+        tick(1, 0.5, 3.0),
+        tick(2, 0.6, 3.0),
+        tick(3, 0.7, 3.0),
+        tick(4, 3.0, 4.0),
+        tick(5, 3.0, 3.9),
+    ]
+    outcomes = {2: (0, PathOutcome.BUMP), 5: (1, PathOutcome.TIMEOUT)}
+    results = []
+    for each in ticks:
+        results += evaluator.add_tick(each)
+        if each.time_ns in outcomes:
+            results += evaluator.add_outcome(each.time_ns, *outcomes[each.time_ns])
+    assert [r.outcome for r in results] == ['bump', 'timeout']
+    assert [r.length_m for r in results] == pytest.approx([0.1, 0.1])
+    assert results[1].start == other
+
+
+def of_kind(events: Sequence[tuple[str, int]], kind: str) -> list[tuple[str, int]]:
+    return [event for event in events if event[0] == kind]
+
+
+def test_it_does_not_matter_when_an_outcome_arrives() -> None:
+    events = [('tick', 1), ('tick', 2), ('outcome', 2), ('tick', 3), ('tick', 4), ('outcome', 4)]
+    lengths = set()
+    for order in itertools.permutations(events):
+        if any(of_kind(order, kind) != of_kind(events, kind) for kind in ('tick', 'outcome')):
+            continue  # the ticks of a synchronizer come in order, and so do those of one sender
+        evaluator = PathEvaluator([], REGIONS)
+        results = []
+        for kind, stamp in order:
+            if kind == 'tick':
+                results += evaluator.add_tick(tick(stamp, 0.5, 1.0 + 0.5 * stamp))
+            else:
+                results += evaluator.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP)
+        lengths.add(tuple(round(r.length_m, 9) for r in results))
+    assert lengths == {(0.5, 0.5)}
+
+
+def test_a_lost_last_tick_is_made_up_for_by_the_next() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not evaluator.add_tick(each)
+    assert not evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+    assert evaluator.has_pending_outcome
+    (result,) = evaluator.add_tick(tick(4, 0.5, 3.0))
+    assert result.outcome == 'goal'
+    assert not evaluator.has_pending_outcome
+
+
+def test_silence_settles_what_waits_for_a_tick() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
+        assert not evaluator.add_tick(each)
+    assert not evaluator.add_outcome(3, 0, PathOutcome.BUMP)
+    (result,) = evaluator.evaluate_pending()
+    assert result.outcome == 'bump'
+    assert evaluator.evaluate_pending() == []
+
+
+def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert not evaluator.add_tick(tick(5, 1.7, 0.5))
+    (result,) = evaluator.add_outcome(5, 0, PathOutcome.TIMEOUT)
+    assert (result.outcome, result.length_m) == ('timeout', 0.0)
+
+
+def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    ticks = [tick(1, 0.5, 3.0), tick(2, 1.0, 3.0), tick(3, 0.5, 3.0), tick(4, 0.5, 2.9)]
+    for each in ticks:
+        assert not evaluator.add_tick(each)
+    (result,) = evaluator.add_outcome(4, 1, PathOutcome.BUMP)
+    assert result.outcome == 'bump'
+    assert result.length_m == pytest.approx(0.1)
+    assert result.duration_s == pytest.approx(1e-9)
+    assert evaluator.unjudged == [0]
+    assert (evaluator.progress.path, evaluator.has_pending_outcome) == (2, False)
+
+
+def test_a_path_of_which_no_tick_was_heard_is_counted() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert not evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+    assert not evaluator.evaluate_pending()
+    assert (evaluator.unjudged, evaluator.progress.path) == ([0], 1)
+
+
+def test_an_outcome_that_comes_twice_counts_once() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert not evaluator.add_tick(tick(1, 0.5, 3.0))
+    assert len(evaluator.add_outcome(1, 0, PathOutcome.BUMP)) == 1
+    assert not evaluator.add_outcome(1, 0, PathOutcome.BUMP)
+    assert not evaluator.has_pending_outcome
+
+
+def pose(value: float) -> Pose2:
+    return Pose2(x_m=value, y_m=value + 0.25, heading_rad=value + 0.5)
+
+
+def logged_ticks(count: int) -> list[Tick]:
+    """Return ticks 40 ms apart, each third without an estimate, each fourth without a heading."""
+    return [
+        Tick(
+            time_ns=40_000_000 * number,
+            truth=pose(number),
+            estimate=pose(number + 0.125) if number % 3 else None,
+            commanded_heading_rad=0.1 * number if number % 4 else None,
+        )
+        for number in range(count)
+    ]
+
+
+def log_of(written: list[Tick]) -> TickLog:
+    log = TickLog()
+    for tick in written:
+        log.append(tick)
+    return log
+
+
+def test_what_goes_in_comes_out() -> None:
+    written = logged_ticks(13)
+    log = log_of(written)
+    assert len(log) == 13
+    assert list(log) == written
+    assert log[-1] == written[-1]
+    assert list(log[4:9]) == written[4:9]
+    with pytest.raises(IndexError):
+        log[13]
+    with pytest.raises(ValueError, match='steps of 1, not 2'):
+        log[::2]
+
+
+@pytest.mark.parametrize(
+    ('time_ns', 'taken'),
+    [(-1, 0), (0, 1), (79_999_999, 2), (80_000_000, 3), (10**12, 5)],
+)
+def test_ticks_up_to_a_stamp_are_taken_out(time_ns: int, taken: int) -> None:
+    written = logged_ticks(5)
+    log = log_of(written)
+    assert list(log.take_until(time_ns)) == written[:taken]
+    assert list(log) == written[taken:]
+
+
+def test_a_long_path_takes_little_room() -> None:
+    tracemalloc.start()
+    try:
+        log = log_of(logged_ticks(3000))
+        held_bytes, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert held_bytes < 100 * len(log)
