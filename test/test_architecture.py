@@ -107,9 +107,10 @@ def test_documents_name_files_that_exist() -> None:
 def test_every_package_has_the_same_version() -> None:
     folders = {path.parent.name for path in ROOT.glob('src/*/package.xml')}
     manifests = [_manifest(package) for package in PACKAGES]
-    builds = [ROOT / 'src' / package / 'setup.py' for package in PACKAGES]
+    builds = [ROOT / 'src' / package / 'setup.cfg' for package in PACKAGES]
     texts = [path.read_text() for path in [ROOT / 'pyproject.toml', *builds]]
-    versions = {found for text in texts for found in re.findall(r"\bversion ?= ?'(\d.*)'", text)}
+    found = [re.findall(r"^version = '?([\d.]+)'?$", text, re.MULTILINE) for text in texts]
+    versions = {version for (version,) in found}
 
     assert folders == set(PACKAGES)
     assert [manifest.findtext('name') for manifest in manifests] == list(PACKAGES)
@@ -119,9 +120,9 @@ def test_every_package_has_the_same_version() -> None:
 
 @pytest.mark.parametrize('package', PACKAGES)
 def test_entry_points_lead_to_functions(package: str) -> None:
-    text = (ROOT / 'src' / package / 'setup.py').read_text()
+    text = (ROOT / 'src' / package / 'setup.cfg').read_text()
     sources = {module.name: module.text for module in MODULES}
-    for name, function in re.findall(r"'\w+ = ([\w.]+):(\w+)'", text):
+    for name, function in re.findall(r'^    \w+ = ([\w.]+):(\w+)$', text, re.MULTILINE):
         functions = [
             n.name for n in ast.parse(sources[name]).body if isinstance(n, ast.FunctionDef)
         ]

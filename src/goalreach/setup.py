@@ -1,25 +1,5 @@
-"""Build script of the ament_python package; pip reads the root's pyproject.toml instead."""
+"""Build script of the ament_python package, whose metadata is in setup.cfg."""
 
-from setuptools import find_packages, setup
+from setuptools import setup
 
-PACKAGE = 'goalreach'
-
-setup(
-    name=PACKAGE,
-    version='0.1.0',
-    packages=find_packages(),
-    package_data={PACKAGE: ['py.typed']},
-    data_files=[
-        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
-        (f'share/{PACKAGE}', ['package.xml']),
-    ],
-    install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},
-    zip_safe=False,
-    author='The goalreach authors',
-    author_email='goalreach@example.org',
-    maintainer='The goalreach authors',
-    maintainer_email='goalreach@example.org',
-    description='The public face of goalreach: train, evaluate and simulate in ten lines',
-    license='Apache-2.0',
-)
+setup()
