@@ -1,6 +1,8 @@
 """Bags of recorders that died, brought in order."""
 
 from contextlib import closing
+import errno
+import os
 from pathlib import Path
 import random
 import shutil
@@ -16,7 +18,7 @@ from mcap.reader import make_reader
 from mcap.records import ChunkIndex
 import pytest
 
-from goalreach_bags.reader import BagReader
+from goalreach_bags.reader import BagReader, storage_files
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import BagError
 from small_bags import texts, write_bag
@@ -211,3 +213,26 @@ def test_offers_that_are_damaged_take_no_message_away(tmp_path: Path, offers: st
     with BagReader(tmp_path / 'bag') as bag:
         assert sum(1 for _ in bag.messages()) == 5
     assert repair_bag(tmp_path / 'bag').was_sound
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+def test_disk_that_is_full_leaves_the_damaged_bag_as_it_was(
+    tmp_path: Path, storage: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_bag(tmp_path / 'bag', texts(10), storage=storage)
+    (path,) = storage_files(tmp_path / 'bag')
+    if storage == 'mcap':
+        path.write_bytes(path.read_bytes()[:-9])
+    else:
+        path.with_name(f'{path.name}-journal').touch()
+    before = {file.name: file.read_bytes() for file in path.parent.iterdir()}
+
+    def fail(*_arguments: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr('goalreach_bags.mcap_repair.Writer.finish', fail)
+    monkeypatch.setattr('goalreach_bags.sqlite_file._add_metadata', fail)
+    with pytest.raises(BagError, match='cannot be repaired: No space left on device'):
+        repair_bag(tmp_path / 'bag')
+
+    assert {file.name: file.read_bytes() for file in path.parent.iterdir()} == before

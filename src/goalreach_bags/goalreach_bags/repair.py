@@ -100,8 +100,7 @@ def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResu
         if (path / METADATA_NAME).exists():
             aside.append(path / METADATA_NAME)
         _require_free_names(path, aside)
-        for scan in damaged:
-            scan.write_repaired(_repaired(scan.path), metadata_text(metadata))
+        _write_repaired(damaged, metadata_text(metadata))
         for file in aside:
             _move(file, file.with_name(f'{file.name}.damaged'))
         for scan in damaged:
@@ -119,6 +118,17 @@ def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResu
         dropped_bytes=sum(scan.dropped_bytes for scan in scans),
         was_sound=was_sound,
     )
+
+
+def _write_repaired(scans: list[_StorageScan], metadata: str) -> None:
+    """Write the repaired files, all or none."""
+    try:
+        for scan in scans:
+            scan.write_repaired(_repaired(scan.path), metadata)
+    except BaseException:
+        for scan in scans:
+            _repaired(scan.path).unlink(missing_ok=True)
+        raise
 
 
 def _is_truncated(file: Path) -> bool:
