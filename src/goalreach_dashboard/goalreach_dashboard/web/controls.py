@@ -139,7 +139,7 @@ def _number_field(label: str, value: float, name: str) -> ui.number:
 
 
 def add_read_only_note() -> None:
-    """Say why a page has no controls."""
+    """Explain why a page has no controls."""
     note = ui.label('Read-only. To steer, open the link that the run printed.')
     note.classes('note').props('data-testid=read-only')
 
