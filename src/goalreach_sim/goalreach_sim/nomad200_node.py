@@ -180,7 +180,7 @@ class Nomad200Node(Node):
         return response
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._tick_clock.paused = request.data
+        self._tick_clock.pause(on=request.data)
         response.success = True
         response.message = 'paused' if request.data else 'running'
         self.get_logger().info(response.message)

@@ -75,14 +75,9 @@ class RealtimeClock:
         )
         self.set_speed(timing.speed)
 
-    @property
-    def paused(self) -> bool:
-        """Whether ticks are withheld."""
-        return self._paused
-
-    @paused.setter
-    def paused(self, value: bool) -> None:
-        self._paused = value
+    def pause(self, *, on: bool) -> None:
+        """Withhold ticks, or continue."""
+        self._paused = on
         self._restart(self._pacer.speed)
 
     def set_speed(self, speed: float) -> None:
@@ -170,14 +165,9 @@ class LockstepClock:
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_S, self._on_timer, clock=steady)
 
-    @property
-    def paused(self) -> bool:
-        """Whether ticks are withheld."""
-        return self._paused
-
-    @paused.setter
-    def paused(self, value: bool) -> None:
-        self._paused = value
+    def pause(self, *, on: bool) -> None:
+        """Withhold ticks, or continue."""
+        self._paused = on
         self._step_if_answered()
 
     def set_speed(self, _speed: float) -> None:
