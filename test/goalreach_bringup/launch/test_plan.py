@@ -50,6 +50,21 @@ def test_an_option_wins_over_the_file_and_the_file_over_the_default() -> None:
     assert planned()[ROBOT]['speed'] == 1.0
 
 
+@pytest.mark.parametrize(
+    ('changes', 'consumers'),
+    [
+        ({'clock': 'realtime'}, 'mine'),
+        ({'clock': 'realtime', 'record': 'bag'}, 'mine,recorder'),
+        ({'clock': 'lockstep'}, 'mine,run_monitor'),
+        ({'clock': 'lockstep', 'record': 'bag'}, 'mine,run_monitor,recorder'),
+    ],
+)
+def test_monitor_and_recorder_are_consumers_besides_those_of_the_file(
+    changes: dict[str, str], consumers: str
+) -> None:
+    assert planned({ROBOT: {'consumers': 'mine'}}, **changes)[ROBOT]['consumers'] == consumers
+
+
 def test_noise_reaches_robot_and_localizer() -> None:
     harsh, nominal = planned(noise='harsh'), planned()
     for node in (ROBOT, LOCALIZER):

@@ -88,11 +88,12 @@ def plan_parameters(
         _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
         defaults[node].update(values)
     defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
-    lockstep = defaults[ROBOT]['clock'] == 'lockstep'
-    consumers = ([MONITOR] if lockstep else []) + ([RECORDER] if options.record else [])
-    defaults[ROBOT]['consumers'] = ','.join(consumers)
     defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
     _check(defaults)
+    monitor = MONITOR if defaults[ROBOT]['clock'] == 'lockstep' else ''
+    recorder = RECORDER if options.record else ''
+    consumers = (defaults[ROBOT]['consumers'], monitor, recorder)
+    defaults[ROBOT]['consumers'] = ','.join(filter(None, consumers))
     return defaults
 
 
