@@ -37,7 +37,7 @@ class ParameterInfo:
     length: int | None = None
 
     def allowed(self, kind: str) -> str:
-        """Return the phrase that tells what is accepted, for an error message."""
+        """Return a phrase that names the accepted values, for an error message."""
         if self.choices:
             return 'one of ' + ', '.join(self.choices)
         size = '' if self.length is None else f'{self.length} numbers, each '

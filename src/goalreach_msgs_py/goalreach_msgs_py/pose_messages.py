@@ -1,7 +1,7 @@
 """Poses and velocities as serialized messages, and back: odometry, command, estimate, path.
 
-`x_to_raw` returns the bytes that ROS 2 sends for the message type that its docstring names;
-`x_from_raw` reads them, whoever sent them, and refuses by name what cannot be used.
+`x_to_raw` returns the bytes that ROS 2 sends for the message type that its docstring names.
+`x_from_raw` reads them, from any sender, and refuses unusable values by field and value.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def _declare(node: Node, name: str, default: object, info: ParameterInfo, *, liv
     try:
         return node.declare_parameter(name, value, _descriptor(default, info, live=live)).value
     except (InvalidParameterValueException, InvalidParameterTypeException):
-        given = node._parameter_overrides[name].value  # noqa: SLF001 - the errors do not tell it
+        given = node._parameter_overrides[name].value  # noqa: SLF001 - the errors do not hold it
         raise ConfigurationError(name, given, info.allowed(kind)) from None
 
 

@@ -1,7 +1,7 @@
 """The frames of the robot as transforms, published wherever tf2_msgs can be imported.
 
-tf2_msgs is not among the pip wheels, so nothing of ours depends on it; on a full ROS 2
-installation RViz and Foxglove find the robot by it.
+tf2_msgs is not among the pip wheels, so nothing here depends on it; on a full ROS 2 installation
+RViz and Foxglove show the robot by these transforms.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import QoSProfile
 
-from goalreach_msgs_py.ros.messaging import header
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, header
 from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, CAMERA_FRAME, MAP_FRAME, ODOM_FRAME
 from goalreach_msgs_py.values import HeadAngles, Pose2
 
@@ -27,12 +27,11 @@ _OPTICAL_ROTATION = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)
 
 
 def _stamped(
-    stamp_ns: int, parent: str, child: str, offset: Vector3, rotation: Quaternion
+    stamp_ns: int, parent: str, child: str, rotation: Quaternion, **offset_m: float
 ) -> TransformStamped:
+    transform = Transform(translation=Vector3(**offset_m), rotation=rotation)
     return TransformStamped(
-        header=header(stamp_ns, parent),
-        child_frame_id=child,
-        transform=Transform(translation=offset, rotation=rotation),
+        header=header(stamp_ns, parent), child_frame_id=child, transform=transform
     )
 
 
@@ -48,12 +47,11 @@ def odometry_transforms(stamp_ns: int, pose: Pose2, base_yaw_rad: float) -> list
         pose: Encoder odometry.
         base_yaw_rad: Yaw of the base, which does not turn with the steering, in `odom`.
     """
-    place = Vector3(x=float(pose.x_m), y=float(pose.y_m))
+    to_base, to_bumpers = _yaw(pose.heading_rad), _yaw(base_yaw_rad - pose.heading_rad)
+    x, y = float(pose.x_m), float(pose.y_m)
     return [
-        _stamped(stamp_ns, ODOM_FRAME, BASE_FRAME, place, _yaw(pose.heading_rad)),
-        _stamped(
-            stamp_ns, BASE_FRAME, BUMPER_FRAME, Vector3(), _yaw(base_yaw_rad - pose.heading_rad)
-        ),
+        _stamped(stamp_ns, ODOM_FRAME, BASE_FRAME, to_base, x=x, y=y),
+        _stamped(stamp_ns, BASE_FRAME, BUMPER_FRAME, to_bumpers),
     ]
 
 
@@ -69,21 +67,21 @@ def head_transforms(
     """
     half_rad = -joints.tilt_rad / 2.0  # upward is a turn about -y
     tilt = Quaternion(y=math.sin(half_rad), w=math.cos(half_rad))
-    up = Vector3(z=float(camera_height_m))
+    z = float(camera_height_m)
     return [
-        _stamped(stamp_ns, BASE_FRAME, TURRET_FRAME, Vector3(), _yaw(joints.turret_rad)),
-        _stamped(stamp_ns, TURRET_FRAME, PAN_FRAME, up, _yaw(joints.pan_rad)),
-        _stamped(stamp_ns, PAN_FRAME, TILT_FRAME, Vector3(), tilt),
+        _stamped(stamp_ns, BASE_FRAME, TURRET_FRAME, _yaw(joints.turret_rad)),
+        _stamped(stamp_ns, TURRET_FRAME, PAN_FRAME, _yaw(joints.pan_rad), z=z),
+        _stamped(stamp_ns, PAN_FRAME, TILT_FRAME, tilt),
     ]
 
 
 def optical_transform() -> TransformStamped:
     """Return tilt_link -> camera_optical_frame, which never changes."""
-    return _stamped(0, TILT_FRAME, CAMERA_FRAME, Vector3(), _OPTICAL_ROTATION)
+    return _stamped(0, TILT_FRAME, CAMERA_FRAME, _OPTICAL_ROTATION)
 
 
 def map_to_odom(stamp_ns: int, in_map: Pose2, in_odom: Pose2) -> TransformStamped:
-    """Return map -> odom: what takes the encoders' pose to the estimated one.
+    """Return map -> odom, which maps the pose of the encoders to the estimated pose.
 
     Args:
         stamp_ns: Stamp, nanoseconds.
@@ -92,11 +90,9 @@ def map_to_odom(stamp_ns: int, in_map: Pose2, in_odom: Pose2) -> TransformStampe
     """
     turn_rad = in_map.heading_rad - in_odom.heading_rad
     cosine, sine = math.cos(turn_rad), math.sin(turn_rad)
-    offset = Vector3(
-        x=in_map.x_m - (cosine * in_odom.x_m - sine * in_odom.y_m),
-        y=in_map.y_m - (sine * in_odom.x_m + cosine * in_odom.y_m),
-    )
-    return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, offset, _yaw(turn_rad))
+    x = in_map.x_m - (cosine * in_odom.x_m - sine * in_odom.y_m)
+    y = in_map.y_m - (sine * in_odom.x_m + cosine * in_odom.y_m)
+    return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, _yaw(turn_rad), x=x, y=y)
 
 
 class TransformPublisher:
@@ -116,13 +112,12 @@ class TransformPublisher:
             return
         self._publisher = node.create_publisher(self._message, '/tf', QoSProfile(depth=100))
         if static:
-            latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-            self._static = node.create_publisher(self._message, '/tf_static', latched)
+            self._static = node.create_publisher(self._message, '/tf_static', LATCHED_QOS)
             self._static.publish(self._message(transforms=static))
 
     @property
     def active(self) -> bool:
-        """Whether tf2_msgs was found; spares the work of computing what nobody can publish."""
+        """Whether tf2_msgs was found; where it was not, transforms need not be computed."""
         return self._message is not None
 
     def publish(self, transforms: list[TransformStamped]) -> None:
