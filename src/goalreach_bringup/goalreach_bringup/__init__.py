@@ -1,1 +1,1 @@
-"""Where all meet: launcher, recording, replay, figures, evaluation and benchmarks."""
+"""Command line, launcher and `ros2` commands."""

@@ -1,4 +1,4 @@
-"""Processes beside the graph of a run: the live page and the recorder."""
+"""Auxiliary processes of a run: the live page and the recorder."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class RecorderProcess:
         )
 
     def poll(self, *, began: bool) -> None:
-        """Check that it runs: a run continues without a recorder, but does not begin without.
+        """Check that it runs: a run continues without a recorder, but does not start without.
 
         Args:
             began: Whether the run has begun.

@@ -26,7 +26,7 @@ def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str,
 
     Args:
         base: The environment to start from.
-        log_directory: Where ROS writes its own logs.
+        log_directory: Folder for the logs of ROS.
     """
     return {
         'FASTRTPS_DEFAULT_PROFILES_FILE': fast_dds_profile(),
@@ -43,7 +43,7 @@ def make_run_directory() -> Path:
     """Create and return the directory of this run's logs, in that of ROS.
 
     Raises:
-        GoalreachError: It cannot be made.
+        GoalreachError: It cannot be created.
     """
     home = os.environ.get('ROS_HOME') or str(Path.home() / '.ros')
     base = Path(os.environ.get('ROS_LOG_DIR') or Path(home) / 'log')

@@ -1,4 +1,4 @@
-"""The `ros2` command line: its commands, and how they end."""
+"""The `ros2` command line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COMMANDS: Final = {
     'service': 'Various service related sub-commands',
     'topic': 'Various topic related sub-commands',
 }
-"""Command: what it is for. The verbs are in the module `ros.<command>`."""
+"""Summary by command. The verbs are in the module `ros.<command>`."""
 
 _TERMINATED: Final = 143
 
@@ -31,9 +31,9 @@ def main(arguments: list[str]) -> int:
         The exit status: 0; 1 after one line on stderr; 143 after SIGTERM.
 
     Raises:
-        BrokenPipeError: Nobody reads the output any more.
+        BrokenPipeError: The reader of the output has gone.
         KeyboardInterrupt: After Ctrl-C.
-        SystemExit: After `--help`, and with status 2 for a command line that cannot be read.
+        SystemExit: After `--help`, and with status 2 for an invalid command line.
     """
     parser = _parser(arguments)
     args = parser.parse_args(arguments)
@@ -44,14 +44,11 @@ def main(arguments: list[str]) -> int:
 
 
 def _parser(arguments: list[str]) -> argparse.ArgumentParser:
-    """Return the parser, with the verbs of the one command that is asked for.
-
-    The others are left out because they import ROS.
-    """
+    """Return the parser, with the verbs of the given command only: each imports ROS."""
     parser = argparse.ArgumentParser(
         prog='ros2',
         description='ros2 is an extensible command-line tool for ROS 2. This is the part of it '
-        'that comes with goalreach; the real one is used wherever it is on the PATH.',
+        'that comes with goalreach; the real one is used where it is on the PATH.',
     )
     commands = parser.add_subparsers(title='Commands', metavar='COMMAND')
     for name, summary in COMMANDS.items():

@@ -1,4 +1,4 @@
-"""Values that a user wrote in YAML, put into the fields of a message."""
+"""Messages from values in YAML."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import message_class
 
 Stamper: TypeAlias = Callable[[Any], None]
-"""Puts a `builtin_interfaces/msg/Time` where the user wrote `now` or `auto`."""
+"""Sets a `builtin_interfaces/msg/Time` where the values say `now` or `auto`."""
 
 _ELEMENT = re.compile(r'(?:sequence<)?(?P<of>[\w/]+)')
 _SEQUENCES = (list, tuple)

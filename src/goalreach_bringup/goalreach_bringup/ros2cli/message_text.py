@@ -20,7 +20,7 @@ _SEQUENCES = (list, tuple, array.array, np.ndarray)
 
 @dataclass(frozen=True, kw_only=True)
 class TextOptions:
-    """How much of a message is written.
+    """Extent of the text of a message.
 
     Attributes:
         truncate_length: Elements of an array and characters of a string that are written before
@@ -73,7 +73,7 @@ def _plain(value: Any, kind: str | None, options: TextOptions) -> object:  # noq
     Args:
         value: A field of a message, or an element of one.
         kind: The ROS type of the field; None for an element.
-        options: What is left out.
+        options: Options of the text.
     """
     if isinstance(value, bytes):
         return _cut(value.decode('latin-1'), options)

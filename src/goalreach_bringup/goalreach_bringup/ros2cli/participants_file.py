@@ -1,7 +1,7 @@
-"""How many DDS participants there are on this machine, from the ports that they listen on.
+"""Number of DDS participants on this machine, from the ports that they listen on.
 
-Participants that have missed one another's announcement do so again only seconds later; a tool
-that lists the graph must know that it has not seen all of it yet.
+A lost announcement is repeated only seconds later: a tool that lists the graph must know that it
+has not seen all of it yet.
 """
 
 from __future__ import annotations

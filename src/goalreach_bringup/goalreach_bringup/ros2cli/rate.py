@@ -1,4 +1,4 @@
-"""How often messages arrive, over a sliding window."""
+"""Rate of arriving messages over a sliding window."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class RateSummary:
 
 
 class ArrivalRate:
-    """Collects the times at which messages arrive.
+    """Collects arrival times of messages.
 
     Args:
-        window: Number of intervals that are kept, at least 1.
+        window: Number of intervals to keep, at least 1.
     """
 
     def __init__(self, window: int) -> None:
@@ -48,7 +48,7 @@ class ArrivalRate:
         self._last_ns: int | None = None
 
     def add(self, now_ns: int) -> None:
-        """Note an arrival. A clock that went back starts the window anew."""
+        """Add an arrival. A clock that jumps back clears the window."""
         if self._last_ns is not None:
             if now_ns < self._last_ns:
                 self._intervals_ns.clear()

@@ -44,12 +44,12 @@ class LivenessProbe:
         self._client = AsyncParameterClient(watcher, name)
         self._requested_s: float | None = None
         self._pending: list[Any] = []
-        self._heard_s: float | None = None
+        self._answered_s: float | None = None
         self._began_s: float | None = None
 
     def restart(self, now_s: float) -> None:
         """Forget earlier answers: the node is being restarted."""
-        self._began_s, self._heard_s, self._requested_s = now_s, None, None
+        self._began_s, self._answered_s, self._requested_s = now_s, None, None
         self._pending.clear()
 
     def silent(self, now_s: float) -> bool:
@@ -57,16 +57,16 @@ class LivenessProbe:
         if self._began_s is None:
             self._began_s = now_s
         if any(call.done() for call in self._pending):
-            self._heard_s = now_s
+            self._answered_s = now_s
             self._pending.clear()
         due = self._requested_s is None or now_s - self._requested_s >= _PERIOD_S
         if due and self._client.services_are_ready():
             # A request can be lost with the process that it went to: never wait for one alone.
             self._pending.append(self._client.get_parameters(['use_sim_time']))
             self._requested_s = now_s
-        if self._heard_s is None:
+        if self._answered_s is None:
             return now_s - self._began_s > _START_S
-        return now_s - self._heard_s > self.limit_s
+        return now_s - self._answered_s > self.limit_s
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""`ros2 node`: which nodes there are, and what they are connected to."""
+"""`ros2 node`: lists nodes and their connections."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ _TYPES: Final = {
     ParameterType.PARAMETER_DOUBLE_ARRAY: ('double array', 'Double values are:'),
     ParameterType.PARAMETER_STRING_ARRAY: ('string array', 'String values are:'),
 }
-"""Type code: the name of the type, and the words before a value of it."""
+"""Type code: name of the type, and the text before a value of it."""
 
 
 def add_verbs(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Quality of service: the options of `ros2 topic`, and what suits the publishers there are."""
+"""Quality of service: options of `ros2 topic`, and profiles compatible with the publishers."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def add_qos_arguments(parser: argparse.ArgumentParser, *, preset: str) -> None:
     """Add the `--qos-...` options.
 
     Args:
-        parser: Where they are added.
-        preset: Key of the profile that the other options change.
+        parser: Parser of the verb.
+        preset: Key of the default profile, which the other options change.
     """
     parser.add_argument(
         '--qos-profile',
@@ -52,7 +52,7 @@ def add_qos_arguments(parser: argparse.ArgumentParser, *, preset: str) -> None:
 
 
 def profile_from_options(args: argparse.Namespace) -> Any | None:
-    """Return the profile that the options ask for, None where no policy was named."""
+    """Return the profile that the options select, None where they name no policy."""
     named = {name: getattr(args, f'qos_{name}') for name in _POLICIES}
     lease_s = args.qos_liveliness_lease_duration_seconds
     if args.qos_depth is None and lease_s is None and not any(named.values()):
@@ -73,14 +73,14 @@ def profile_from_options(args: argparse.Namespace) -> Any | None:
 def compatible_profile(preset: str, publishers: Iterable[Any]) -> tuple[Any, list[str]]:
     """Return the strictest profile that receives from all publishers.
 
-    Reliable if all are, transient local if all are; a preset alone where there is none.
+    Reliable if all are, transient local if all are; the preset where there is no publisher.
 
     Args:
-        preset: Key of the profile that the rest is taken from.
+        preset: Key of the profile for all other policies.
         publishers: Their endpoint information.
 
     Returns:
-        The profile, and what a user must know about it: one line per fallback.
+        The profile, and a line for the user per fallback.
     """
     profile = QoSPresetProfiles.get_from_short_key(preset)
     offered = [publisher.qos_profile for publisher in publishers]

@@ -1,4 +1,4 @@
-"""`ros2 service`: which services there are, and calls of them."""
+"""`ros2 service`: lists and calls services."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def list_services(args: argparse.Namespace) -> None:
 
 
 def call_service(args: argparse.Namespace) -> None:
-    """Call a service once, or again and again, and print request and response.
+    """Call a service once or repeatedly, and print request and response.
 
     Raises:
         CommandError: The type or the values are wrong, or the service has another type.

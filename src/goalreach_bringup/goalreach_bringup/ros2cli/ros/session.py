@@ -1,4 +1,4 @@
-"""A hidden node that looks at the running graph, as each `ros2` command needs one."""
+"""A hidden node through which a `ros2` command inspects the running graph."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
 
 _STEP_S: Final = 0.05
-"""Longest sleep of the executor; chosen: short beside discovery, long beside a callback."""
+"""Longest sleep of the executor; chosen: much less than discovery, much more than a callback."""
 
 _SETTLED_S: Final = 0.3
 """The graph must not have changed for so long. Chosen: some times what the endpoints of a
@@ -35,7 +35,7 @@ _GUID_PREFIX: Final = 12
 """So many first bytes of an endpoint's identifier are its participant's."""
 
 _UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
-"""The graph's word for a node whose endpoint is known before its name."""
+"""Name in the graph of a node whose endpoint is known before its name."""
 
 _PROFILES_VARIABLE: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 """Announces this process often: of 20 commands each, the slowest found a default node after 2.5 s
@@ -60,10 +60,10 @@ def add_session_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 class Session:
-    """Context manager around one node of the default context, and its executor.
+    """Context manager around a node of the default context and its executor.
 
-    Signals end it between two steps of the executor: inside ROS's own code they would come out as
-    any error.
+    Signals end it between two steps of the executor: inside ROS code they could surface as any
+    error.
 
     Args:
         args: The parsed options of `add_session_arguments`.
@@ -78,7 +78,7 @@ class Session:
 
     def __enter__(self) -> Session:  # noqa: PYI034 - Self is newer than Python 3.10
         os.environ.setdefault(_PROFILES_VARIABLE, DISCOVERY_PROFILE)
-        # A log file for each look at the graph would only fill the disk.
+        # A log file for every command would only fill the disk.
         rclpy.init(
             args=['--ros-args', '--disable-external-lib-logs'],
             signal_handler_options=SignalHandlerOptions.NO,
@@ -108,7 +108,7 @@ class Session:
             signal.signal(number, handler)
 
     def _on_signal(self, number: int, _: FrameType | None) -> None:
-        """Note the signal; a second one interrupts at once."""
+        """Store the signal; a second one interrupts at once."""
         if self._signal is not None:
             raise KeyboardInterrupt
         self._signal = number
@@ -117,8 +117,8 @@ class Session:
         """Run what is ready, or wait for it.
 
         Raises:
-            KeyboardInterrupt: SIGINT came.
-            TerminatedError: SIGTERM came.
+            KeyboardInterrupt: SIGINT was received.
+            TerminatedError: SIGTERM was received.
         """
         self._executor.spin_once(timeout_sec=timeout_s)
         if self._signal is not None:
@@ -128,8 +128,8 @@ class Session:
         """Run callbacks until the condition holds; return whether it does.
 
         Args:
-            condition: Looked at before each step.
-            timeout_s: Longest wait, without end if None.
+            condition: Evaluated before each step.
+            timeout_s: Longest wait, unlimited if None.
         """
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not condition():
@@ -142,7 +142,7 @@ class Session:
         """Return the result of a future.
 
         Raises:
-            CommandError: It failed, or was not there in time: with the refusal as its text.
+            CommandError: It failed or timed out; the message is the refusal.
         """
         if not self.spin_until(future.done, timeout_s):
             raise CommandError(refusal)
@@ -151,32 +151,32 @@ class Session:
         return future.result()
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
-        """Wait until the graph has settled and holds what is looked for.
+        """Wait until the graph has settled and a condition holds.
 
-        It has settled when it does not change any more and has a node of each DDS participant
-        of this machine.
+        It has settled when it no longer changes and holds a node of every DDS participant of
+        this machine.
 
         Args:
-            found: What is looked for; another node than this one if None.
+            found: The condition; if None, that there is another node than this one.
 
         Returns:
-            Whether it was found within the time allowed for discovery.
+            Whether the condition held within the time allowed for discovery.
         """
-        looked_for = found or self._is_not_alone
+        holds = found or self._is_not_alone
         end_s = time.monotonic() + self._spin_time_s
         graph: object = None
         while True:
             now_s = time.monotonic()
             if graph != (graph := self._graph()):
                 changed_s = now_s
-            if now_s - changed_s >= _SETTLED_S and self._is_complete() and looked_for():
+            if now_s - changed_s >= _SETTLED_S and self._is_complete() and holds():
                 return True
             if now_s >= end_s:
-                return looked_for()
+                return holds()
             self.spin_once()
 
     def find(self, found: Callable[[], bool]) -> bool:
-        """Wait for one thing within the time allowed for discovery; return whether it is there."""
+        """Wait for a condition within the time allowed for discovery; return whether it holds."""
         return self.spin_until(found, self._spin_time_s)
 
     def node_names(self, *, hidden: bool) -> list[str]:

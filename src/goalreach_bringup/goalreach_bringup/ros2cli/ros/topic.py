@@ -1,4 +1,4 @@
-"""`ros2 topic`: its verbs, and which topics there are."""
+"""`ros2 topic`: its verbs; lists topics and their endpoints."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def echo_topic(args: argparse.Namespace) -> None:
-    """Print the messages of a topic as they come.
+    """Print the messages of a topic as they arrive.
 
     Raises:
         CommandError: The topic is not there, its type is not known, or the field is wrong.

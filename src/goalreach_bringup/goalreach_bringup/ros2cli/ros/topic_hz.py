@@ -1,4 +1,4 @@
-"""`ros2 topic hz`: how often messages come over a topic."""
+"""`ros2 topic hz`: rate of the messages of a topic."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def measure_rate(args: argparse.Namespace) -> None:
-    """Print about once a second how often messages came over a topic.
+    """Print the rate of the messages of a topic about once a second.
 
-    Waits for the topic as long as it takes. Messages are counted without being unpacked.
+    Waits for the topic without a limit. Messages are counted without being deserialized.
 
     Raises:
         CommandError: The type of the topic is not known here.
@@ -62,7 +62,7 @@ def measure_rate(args: argparse.Namespace) -> None:
 
 
 class _Monitor:
-    """Prints the rate of arrivals when a second has gone by since it last did."""
+    """Prints the rate of arrivals once a second."""
 
     def __init__(self, clock: Clock, window: int) -> None:
         self._clock = clock
@@ -70,9 +70,9 @@ class _Monitor:
         self._reported_ns: int | None = None
 
     def on_message(self, _: bytes) -> None:
-        """Note an arrival."""
+        """Count an arrival."""
         now_ns = self._clock.now().nanoseconds
-        if now_ns == 0:  # simulated time that has not begun
+        if now_ns == 0:  # simulated time that has not started
             return
         self._rate.add(now_ns)
         if self._reported_ns is None or now_ns < self._reported_ns:

@@ -1,4 +1,4 @@
-"""`ros2 topic pub`: messages from the keyboard."""
+"""`ros2 topic pub`: publishes messages given on the command line."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def publish(args: argparse.Namespace) -> None:
 
 
 class _Loop:
-    """Publishes the same message again and again, with fresh stamps.
+    """Publishes the same message repeatedly, with current stamps.
 
     Attributes:
         count: Messages published.
