@@ -9,7 +9,6 @@ from functools import partial
 import time
 from typing import Any, Final
 
-import numpy as np
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
@@ -31,7 +30,6 @@ _POLLED: Final = {
     CONTROLLER: ('mode', 'learn'),
 }
 _ANY_PARAMETER: Final = ('use_sim_time',)
-_TOLERANCE: Final = 1e-9
 
 
 class ParameterPoller:
@@ -97,8 +95,6 @@ def noise_preset_of(parameters: Mapping[str, Any]) -> str | None:
     """Return the noise preset that a robot's parameters match, or None."""
     for preset in NOISE_PRESETS:
         model = asdict(noise_preset(preset))
-        values: list[Any] = [parameters.get(f'noise.{name}') for name in model]
-        known = all(isinstance(value, float) for value in values)
-        if known and np.allclose(values, list(model.values()), rtol=0.0, atol=_TOLERANCE):
+        if all(parameters.get(f'noise.{name}') == value for name, value in model.items()):
             return preset
     return None
