@@ -1,4 +1,7 @@
-"""The command line: `goalreach COMMAND`, and the same through `scripts/NAME.py`."""
+"""The command line: `goalreach COMMAND`, and the same through `scripts/NAME.py`.
+
+This module imports nothing large, so that the fork server of a run starts at once.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,12 @@ import importlib
 import os
 import signal
 import sys
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from goalreach_bringup.command import Command
 from goalreach_bringup.launch.child_process import start_fork_server
-from goalreach_bringup.variables import check_variables
-from goalreach_msgs_py.errors import GoalreachError
+
+if TYPE_CHECKING:
+    from goalreach_bringup.command import Command
 
 COMMANDS: Final = (
     'run',
@@ -38,6 +41,8 @@ _FORKING = ('run',)
 
 def load_command(name: str) -> Command:
     """Return the command of a name, from its module in `commands`."""
+    from goalreach_bringup.command import Command
+
     return Command.of_module(importlib.import_module(f'goalreach_bringup.commands.{name}'))
 
 
@@ -55,7 +60,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given and given[0] in COMMANDS:
         if given[0] in _FORKING and not {'-h', '--help'}.intersection(given):
             start_fork_server()
-        return run_command(load_command(given[0]), given[0], given[1:])
+        try:
+            command = load_command(given[0])
+        except KeyboardInterrupt:  # while it imports
+            return _STATUS_INTERRUPTED
+        return run_command(command, given[0], given[1:])
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
         description='A robot learns to reach a goal that it sees, on ROS 2.',
@@ -84,6 +93,9 @@ def run_command(command: Command, name: str, arguments: Sequence[str]) -> int:
     Returns:
         The exit status.
     """
+    from goalreach_bringup.variables import check_variables
+    from goalreach_msgs_py.errors import GoalreachError
+
     try:
         if name in ROS_COMMANDS:
             check_variables(os.environ)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import importlib
 import logging
 import multiprocessing
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 import os
 from pathlib import Path
 import re
@@ -26,7 +26,7 @@ _NODE_LOG_LINE: Final = re.compile(r'^\[(WARN|ERROR|FATAL)\] \[[^\]]*\] \[([^\]]
 _GRACE_S: Final = 3.0
 _KILL_S: Final = 1.0
 _CONTEXT: Final = multiprocessing.get_context('forkserver')
-_PRELOADED: Final = ('goalreach_bringup.cli', 'goalreach_bringup.launch.ros.nodes')
+_PRELOADED: Final = ('goalreach_bringup.command', 'goalreach_bringup.launch.ros.nodes')
 
 IMPORT_ENVIRONMENT: Final[Mapping[str, str]] = {
     'ROS_PYTHON_CHECK_FIELDS': '1',
@@ -45,6 +45,7 @@ def start_fork_server() -> None:
     for name, value in IMPORT_ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     _CONTEXT.set_forkserver_preload(list(_PRELOADED))
+    resource_tracker.ensure_running()  # it would unblock the signal
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         forkserver.ensure_running()
