@@ -66,11 +66,16 @@ class GraphClient:
         subscribed = now_s < self._linger_until_s
         self._listener.watch(watched=subscribed)
         self._listener.update()
+        self._handle_responses()
         if subscribed:
             self._poller.poll(now_s)
-        queued = self._executor.create_task(lambda: None)
-        while not queued.done():  # events are handled in order: all that came before it are
-            self._executor.spin_once(timeout_sec=0.0)
+
+    def _handle_responses(self) -> None:
+        """Handle all events that have come: of each response first itself, then its callback."""
+        for _ in range(2):
+            last = self._executor.create_task(lambda: None)
+            while not last.done():
+                self._executor.spin_once(timeout_sec=0.0)
 
     def view(self) -> View:
         """Return the page as it is to be shown now."""
