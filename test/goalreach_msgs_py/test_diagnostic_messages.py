@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticArray
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
@@ -73,6 +73,7 @@ def test_statuses_survive() -> None:
     assert statuses_from_raw(serialize_message(message)) == [status, status]
 
 
+@settings(deadline=None)  # the first message of a type generates its codecs
 @given(STATES)
 def test_state_survives_to_the_last_digit(state: RegionState) -> None:
     for raw in by_others(state_to_raw(state, STAMP), DiagnosticArray):

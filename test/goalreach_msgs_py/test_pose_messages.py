@@ -5,7 +5,7 @@ from dataclasses import replace
 import math
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry as OdometryMsg
 from nav_msgs.msg import Path
@@ -42,6 +42,7 @@ def check_pose(back: Pose2, pose: Pose2) -> None:
     assert back.heading_rad == pytest.approx(pose.heading_rad, abs=1e-12)
 
 
+@settings(deadline=None)  # the first message of a type generates its codecs
 @given(POSES, TWISTS)
 def test_odometry(pose: Pose2, twist: Twist2) -> None:
     odometry = Odometry(pose=pose, twist=twist)
@@ -93,6 +94,7 @@ def test_quaternion_of_any_length_is_a_rotation() -> None:
     assert estimate_from_raw(raw).pose.heading_rad == pytest.approx(0.4)
 
 
+@settings(deadline=None)  # the first message of a type generates its codecs
 @given(TWISTS)
 def test_twist(twist: Twist2) -> None:
     raw = twist_to_raw(twist, STAMP)
@@ -107,6 +109,7 @@ def test_twist_that_is_not_a_number_is_refused() -> None:
         twist_from_raw(twist_to_raw(replace(TWIST, linear_m_per_s=math.nan), STAMP))
 
 
+@settings(deadline=None)  # the first message of a type generates its codecs
 @given(POSES)
 def test_estimate(pose: Pose2) -> None:
     raw = estimate_to_raw(PoseEstimate(pose=pose, covariance=COVARIANCE), STAMP)

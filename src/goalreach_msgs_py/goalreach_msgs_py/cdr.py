@@ -46,6 +46,13 @@ _LAYOUTS = {b'\x00\x00': _big, b'\x00\x01': _little}
 _LENGTH = _little('I')[0]
 
 
+@lru_cache(maxsize=256)
+def _encode(text: str) -> bytes:
+    """Return a text with its length and its final zero; most texts are the same at every tick."""
+    body = text.encode()
+    return b'%b%b\0' % (_LENGTH.pack(len(body) + 1), body)
+
+
 class CdrWriter:
     """Appends the fields of one message, little endian.
 
@@ -65,7 +72,7 @@ class CdrWriter:
         if stamp_ns is not None:
             self._raw += _STAMP.pack(*divmod(stamp_ns, _NS_PER_S))
         if frame_id is not None:
-            self.text(frame_id)
+            self._raw += _encode(frame_id)
 
     def numbers(self, numbers: str, *values: float) -> None:
         """Append numbers of one kind.
@@ -88,11 +95,8 @@ class CdrWriter:
         """Append texts."""
         raw = self._raw
         for text in texts:
-            body = text.encode()
             raw += _PADDING[len(raw) % 4]
-            raw += _LENGTH.pack(len(body) + 1)
-            raw += body
-            raw.append(0)
+            raw += _encode(text)
 
     def stamp(self, stamp_ns: int) -> None:
         """Append a stamp."""
@@ -150,8 +154,12 @@ class CdrReader:
 
     def skip_text(self) -> None:
         """Pass over a text."""
-        (size,) = self.numbers('I')
-        self._at += size
+        begin = self._at + (-self._at) % 4 + _LENGTH.size
+        try:
+            (size,) = self._layout('I')[0].unpack_from(self._raw, begin - _LENGTH.size)
+        except struct.error:
+            raise self._truncated() from None
+        self._at = begin + size
 
     def count(self, least: int = 1) -> int:
         """Return the length of a sequence.
