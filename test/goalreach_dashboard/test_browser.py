@@ -99,7 +99,7 @@ def test_the_robot_moves(page: Page) -> None:
     before = page.find('robot').get_attribute('transform')
     assert page.until(lambda: page.find('robot').get_attribute('transform') != before)
     assert page.until(lambda: page.find('image').get_attribute('href') is not None)
-    assert page.text('camera-note').endswith('of 3 LEDs')
+    assert page.until(lambda: page.text('camera-note').endswith('of 3 LEDs'))
     assert page.until(lambda: page.text('votes') != '')
 
 
