@@ -94,10 +94,12 @@ def test_one_that_ignores_signals_is_killed(start: Start) -> None:
     assert stubborn.exit_status == -signal.SIGKILL
 
 
-def test_it_ends_with_the_launcher(start: Start, tmp_path: Path) -> None:
+def test_it_ends_with_its_launcher_a_script_without_a_guard(start: Start, tmp_path: Path) -> None:
     del start  # it has written the program
     path = tmp_path / 'launcher.log'
-    command = [sys.executable, '-c', LAUNCHER, str(path)]
+    script = tmp_path / 'launcher.py'
+    script.write_text(LAUNCHER, encoding='utf-8')
+    command = [sys.executable, str(script), str(path)]
     environment = {**os.environ, 'PYTHONPATH': f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}'}
     with subprocess.Popen(command, env=environment) as launcher:
         deadline_s = time.monotonic() + 20.0

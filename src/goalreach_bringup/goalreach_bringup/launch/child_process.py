@@ -7,7 +7,8 @@ the memory of the imports, and is restarted as quickly. The server never calls `
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 import importlib
 import logging
 import multiprocessing
@@ -19,6 +20,7 @@ import signal
 import sys
 import threading
 import time
+from types import ModuleType
 from typing import Final
 
 _LOG: Final = logging.getLogger(__name__)
@@ -85,7 +87,8 @@ class ChildProcess:
             args=(module, [name, *arguments], dict(environment), str(log_path)),
             daemon=True,
         )
-        self._process.start()
+        with _hidden_main():
+            self._process.start()
 
     @property
     def exit_status(self) -> int | None:
@@ -124,6 +127,20 @@ class ChildProcess:
         """Return whether the process ended within the time."""
         self._process.join(timeout_s)
         return self.exit_status is not None
+
+
+@contextmanager
+def _hidden_main() -> Iterator[None]:
+    """Keep children from importing the launcher's main module, which they do not need.
+
+    By default they do, and a script without a guard would start a launcher in each.
+    """
+    main = sys.modules['__main__']
+    sys.modules['__main__'] = ModuleType('__main__')
+    try:
+        yield
+    finally:
+        sys.modules['__main__'] = main
 
 
 def _run(module: str, arguments: list[str], environment: dict[str, str], log_path: str) -> None:
