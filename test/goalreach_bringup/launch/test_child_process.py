@@ -49,7 +49,7 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     children: list[ChildProcess] = []
 
     def run(*arguments: str) -> ChildProcess:
-        path = tmp_path / 'child.log'
+        path = tmp_path / f'child{len(children)}.log'
         environment = {'PYTHONUNBUFFERED': '1'}
         children.append(
             ChildProcess('child', 'program', arguments, environment=environment, log_path=path)
