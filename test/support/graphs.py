@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+import contextlib
 from contextlib import contextmanager
-import fcntl
 import itertools
 import os
 from pathlib import Path
@@ -14,6 +14,7 @@ import sys
 import time
 from typing import Any
 
+import psutil
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -26,8 +27,6 @@ _DOMAINS = itertools.count()
 _LOWEST_DOMAIN = 20
 _DOMAIN_SPAN = 80
 _END_S = 10.0
-_FIRST_PORT = 7400
-_PORTS_PER_DOMAIN = 250
 
 
 def fresh_domain() -> int:
@@ -102,31 +101,26 @@ def onlooker(domain: int) -> Iterator[tuple[Node, Callable[[Callable[[], bool], 
         context.try_shutdown()
 
 
-def left_in_shared_memory(domain: int) -> set[str]:
-    """Return Fast DDS's shared-memory files of a domain, and segments that nobody uses.
-
-    Ports carry the domain in their number; a segment in use holds a lock on its `_el` file.
-    """
-    left: set[str] = set()
-    for path in Path('/dev/shm').glob('*fastrtps*'):  # noqa: S108 - where Fast DDS keeps them
-        port = re.search(r'port(\d+)', path.name)
-        if port:
-            if (int(port[1]) - _FIRST_PORT) // _PORTS_PER_DOMAIN == domain:
-                left.add(path.name)
-        elif path.name.endswith('_el') and not _is_locked(path):
-            left.add(path.name)
-    return left
+def shared_memory_of(pid: int) -> set[Path]:
+    """Return the files of Fast DDS that a process and its descendants have mapped."""
+    family = [pid]
+    with contextlib.suppress(psutil.NoSuchProcess):
+        family += [child.pid for child in psutil.Process(pid).children(recursive=True)]
+    return _mapped(family)
 
 
-def _is_locked(path: Path) -> bool:
-    try:
-        with path.open('rb') as stream:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except FileNotFoundError:
-        return True
-    return False
+def abandoned(files: set[Path]) -> set[Path]:
+    """Return which of some files are still there though no process uses them."""
+    return {path for path in files if path.exists()} - _mapped(psutil.pids())
+
+
+def _mapped(pids: list[int]) -> set[Path]:
+    found: set[Path] = set()
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            text = Path(f'/proc/{pid}/maps').read_text()
+            found.update(map(Path, re.findall(r'/dev/shm/\S*fastrtps_\S+', text)))  # noqa: S108
+    return found
 
 
 def collect(
