@@ -110,8 +110,12 @@ def shared_memory_of(pid: int) -> set[Path]:
 
 
 def abandoned(files: set[Path]) -> set[Path]:
-    """Return which of some files are still there though no process uses them."""
-    return {path for path in files if path.exists()} - _mapped(psutil.pids())
+    """Return which of some files still exist though no process uses them.
+
+    Ports below those of domain 0 are left out: the processes of all domains share them.
+    """
+    shared = {path for path in files if re.search(r'port[0-7]\d{3}$', path.name)}
+    return {path for path in files - shared if path.exists()} - _mapped(psutil.pids())
 
 
 def _mapped(pids: list[int]) -> set[Path]:

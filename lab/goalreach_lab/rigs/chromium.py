@@ -75,7 +75,7 @@ class Page:
         buttons = self.find(name).find_elements('css selector', 'button')
         next(button for button in buttons if button.text == label).click()
 
-    def until(self, condition: Callable[[], object], limit_s: float = 15.0) -> bool:
+    def until(self, condition: Callable[[], object], limit_s: float = 40.0) -> bool:
         """Wait for a condition; return whether it held within the limit."""
         deadline_s = time.monotonic() + limit_s
         while not condition():
