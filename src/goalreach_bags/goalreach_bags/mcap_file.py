@@ -34,11 +34,10 @@ from goalreach_bags.mcap_repair import (
     COPY_KEY,
     LIBRARY,
     MAGIC,
-    channel_span,
     channel_topic,
     scan_mcap,
 )
-from goalreach_bags.storage import ZSTD_LEVEL, require_free_space
+from goalreach_bags.storage import ZSTD_LEVEL, FileSpan, require_free_space
 from goalreach_bags.topic import BagTopic, offers_to_text
 
 _MESSAGE: Final = struct.Struct('<BQHIQQ')
@@ -322,9 +321,12 @@ class McapReader:
             if summary and total and total.channel_count == len(summary.channels):
                 channels = summary.channels.values()
                 self.topics = tuple(channel_topic(c, summary.schemas) for c in channels)
-                times_ns = total.message_start_time, total.message_end_time
-                counts = total.channel_message_counts
-                self.span = channel_span(path.name, summary.channels, counts, times_ns)
+                self.span = FileSpan(name=path.name)
+                for number, count in total.channel_message_counts.items():
+                    self.span.counts[summary.channels[number].topic] += count
+                if self.span.message_count:
+                    self.span.first_ns = total.message_start_time
+                    self.span.last_ns = total.message_end_time
             else:
                 scan = scan_mcap(path)
                 self.topics, self.span = scan.topics, scan.span

@@ -6,8 +6,7 @@ that is cut short for a whole one and skip records of unknown kinds, so records 
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -15,17 +14,16 @@ import struct
 from typing import BinaryIO, Final
 from zlib import crc32
 
-from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import breakup_chunk
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 import zstandard
 
 from goalreach_bags.metadata import ROS_DISTRO
-from goalreach_bags.storage import NO_TIME_NS, NOT_CLOSED, BagError, FileSpan
+from goalreach_bags.storage import NOT_CLOSED, BagError, FileSpan
 from goalreach_bags.topic import BagTopic, parse_offers
 
 MAGIC: Final = b'\x89MCAP0\r\n'
@@ -42,14 +40,7 @@ _COMPRESSIONS: Final = {
     'lz4': CompressionType.LZ4,
     'zstd': CompressionType.ZSTD,
 }
-_READERS: Final[Mapping[int, Callable[[ReadDataStream], McapRecord]]] = {
-    Opcode.HEADER: Header.read,
-    Opcode.SCHEMA: Schema.read,
-    Opcode.CHANNEL: Channel.read,
-    Opcode.CHUNK: Chunk.read,
-    Opcode.ATTACHMENT: Attachment.read,
-    Opcode.METADATA: Metadata.read,
-}
+_KNOWN: Final = frozenset(Opcode)
 _DAMAGE: Final = (
     McapError,
     zstandard.ZstdError,
@@ -77,33 +68,13 @@ def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
     )
 
 
-def channel_span(
-    name: str,
-    channels: Mapping[int, Channel],
-    counts: Mapping[int, int],
-    times_ns: tuple[int, int],
-) -> FileSpan:
-    """Return the messages of a file by topic.
-
-    Args:
-        name: Name of the file.
-        channels: Its channels.
-        counts: Messages by channel.
-        times_ns: First and last receive time.
-    """
-    by_topic = Counter[str]()
-    for number, count in counts.items():
-        by_topic[channels[number].topic] += count
-    first_ns = times_ns[0] if by_topic.total() else NO_TIME_NS
-    return FileSpan(name=name, counts=by_topic, first_ns=first_ns, last_ns=times_ns[1])
-
-
 @dataclass
 class McapScan:
     """Result of reading an MCAP file record by record.
 
     Attributes:
         path: The file.
+        span: Its sound messages.
         schemas: Schemas by number.
         channels: Channels by number.
         metadata: Copy of the bag's metadata, or empty.
@@ -114,6 +85,7 @@ class McapScan:
     """
 
     path: Path
+    span: FileSpan
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     metadata: str = ''
@@ -123,21 +95,11 @@ class McapScan:
     compressed: bool = False
     _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
     _compression: str = ''
-    _counts: Counter[int] = field(default_factory=Counter)
-    _first_ns: int = NO_TIME_NS
-    _last_ns: int = 0
 
     @property
     def topics(self) -> tuple[BagTopic, ...]:
         """Its topics."""
         return tuple(channel_topic(c, self.schemas) for c in self.channels.values())
-
-    @property
-    def span(self) -> FileSpan:
-        """Its sound messages."""
-        return channel_span(
-            self.path.name, self.channels, self._counts, (self._first_ns, self._last_ns)
-        )
 
     def write_repaired(self, target: Path, metadata: str) -> None:
         """Write the sound records to a new file, with new indexes and a new summary.
@@ -187,12 +149,10 @@ class McapScan:
                 self._header = record
                 self.distro = ROS_DISTRO if record.library == LIBRARY else ''
             elif isinstance(record, Message):
-                self._counts[record.channel_id] += 1
-                self._first_ns = min(self._first_ns, record.log_time)
-                self._last_ns = max(self._last_ns, record.log_time)
+                self.span.add(self.channels[record.channel_id].topic, record.log_time)
             elif isinstance(record, Metadata) and record.name == BAG_METADATA:
                 self.metadata = record.metadata.get(COPY_KEY, '')
-        found = self._counts.total()
+        found = self.span.message_count
         if not self.damage and promised not in (None, found):
             self.damage = f'it holds {found} of the {promised} messages that its summary counts'
 
@@ -240,33 +200,29 @@ class McapScan:
                     self.dropped_bytes += end - offset
             self.dropped_bytes += size - end
 
-    def _parse(self, opcode: int, content: bytes) -> list[McapRecord | bytes]:
+    def _parse(self, opcode: int, content: bytes) -> Sequence[McapRecord | bytes]:
         """Return a record, or all records of a chunk, and remember schemas and channels."""
-        stream = ReadDataStream(BytesIO(content))
-        records: list[McapRecord | bytes]
-        if opcode == Opcode.MESSAGE:
-            records = [Message.read(stream, len(content))]
-        elif opcode in _READERS:
-            records = [_READERS[opcode](stream)]
-        elif opcode == Opcode.MESSAGE_INDEX:
-            records = []
-        else:
-            records = [_HEAD.pack(opcode, len(content)) + content]
-        if records and isinstance(records[0], Chunk):
-            records = self._parse_chunk(records[0])
+        if opcode == Opcode.MESSAGE_INDEX:  # not needed, since indexes are written anew
+            return []
+        data = _HEAD.pack(opcode, len(content)) + content
+        if opcode not in _KNOWN:
+            return [data]
+        stream = StreamReader(BytesIO(data), skip_magic=True, emit_chunks=True)
+        record = next(stream.records)
+        records = self._parse_chunk(record) if isinstance(record, Chunk) else [record]
         self._remember(records)
         return records
 
-    def _parse_chunk(self, chunk: Chunk) -> list[McapRecord | bytes]:
+    def _parse_chunk(self, chunk: Chunk) -> list[McapRecord]:
         if chunk.compression not in _COMPRESSIONS:
             problem = f'is compressed with {chunk.compression}, which is not known here'
             raise BagError(self.path, problem)
         self._compression = chunk.compression
         if not chunk.compression and len(chunk.data) != chunk.uncompressed_size:
             raise ValueError('a chunk is not of the size that it names')
-        return list(breakup_chunk(chunk, validate_crc=True))
+        return breakup_chunk(chunk, validate_crc=True)
 
-    def _remember(self, records: list[McapRecord | bytes]) -> None:
+    def _remember(self, records: list[McapRecord]) -> None:
         schemas = {record.id: record for record in records if isinstance(record, Schema)}
         channels = {record.id: record for record in records if isinstance(record, Channel)}
         used = {record.channel_id for record in records if isinstance(record, Message)}
@@ -296,7 +252,7 @@ def scan_mcap(path: Path) -> McapScan:
     with path.open('rb') as stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise BagError(path, 'is no MCAP file')
-    scan = McapScan(path=path)
+    scan = McapScan(path=path, span=FileSpan(name=path.name))
     scan.read()
     return scan
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import yaml
 
-from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
+from goalreach_bags.storage import BagError, FileSpan
 from goalreach_bags.topic import BagTopic, offers_to_list, parse_offers
 from goalreach_msgs_py.files import load_yaml, write_text_atomically
 
@@ -86,15 +86,12 @@ def _times(span: FileSpan) -> dict[str, Any]:
 
 def total_span(spans: Iterable[FileSpan]) -> FileSpan:
     """Return the messages of several files as one span without a name."""
-    spans, counts = list(spans), Counter[str]()
+    total = FileSpan(name='')
     for span in spans:
-        counts.update(span.counts)
-    return FileSpan(
-        name='',
-        counts=counts,
-        first_ns=min((span.first_ns for span in spans), default=NO_TIME_NS),
-        last_ns=max((span.last_ns for span in spans), default=0),
-    )
+        total.counts.update(span.counts)
+        total.first_ns = min(total.first_ns, span.first_ns)
+        total.last_ns = max(total.last_ns, span.last_ns)
+    return total
 
 
 def metadata_text(metadata: BagMetadata) -> str:
@@ -157,6 +154,7 @@ def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as 
     custom = document.get('custom_data')
     first_ns = int(document['starting_time']['nanoseconds_since_epoch'])
     listed = document['topics_with_message_count'] or ()
+    counts = {str(e['topic_metadata']['name']): int(e['message_count']) for e in listed}
     return BagMetadata(
         storage=str(document['storage_identifier']),
         topics=tuple(_topic(entry['topic_metadata']) for entry in listed),
@@ -166,10 +164,7 @@ def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as 
         ),
         total=FileSpan(
             name='',
-            counts={
-                str(entry['topic_metadata']['name']): int(entry['message_count'])
-                for entry in listed
-            },
+            counts=Counter(counts),
             first_ns=first_ns,
             last_ns=first_ns + int(document['duration']['nanoseconds']),
         ),

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 import shutil
 from tempfile import TemporaryDirectory
-from types import TracebackType
 from typing import Final
 
 import zstandard
@@ -18,7 +17,7 @@ from goalreach_bags.mcap_file import McapReader
 from goalreach_bags.metadata import METADATA_NAME, BagMetadata, read_metadata, total_span
 from goalreach_bags.sqlite_file import SqliteReader
 from goalreach_bags.storage import SUFFIXES, BagError
-from goalreach_bags.topic import BagTopic
+from goalreach_bags.topic import merge_topics
 
 _StorageReader = McapReader | SqliteReader
 _READERS: Final[Mapping[str, type[_StorageReader]]] = {
@@ -48,7 +47,7 @@ def storage_files(path: Path) -> list[Path]:
     return sorted(files, key=lambda file: (len(file.name), file.name))
 
 
-class BagReader:
+class BagReader(ExitStack):
     """A bag open for reading; a context manager.
 
     Topics are matched by name, and times and counts are those of the messages: the metadata of
@@ -71,12 +70,13 @@ class BagReader:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        super().__init__()
         self.metadata = _read_metadata(self.path)
-        self._stack = ExitStack()
         with _one_line(self.path), ExitStack() as opened:
             self._files = [self._open(file, opened) for file in self._storage_paths(opened)]
-            self._stack = opened.pop_all()
-        self.topics = _merge_topics(self.metadata, self._files)
+            self.push(opened.pop_all())
+        sources = (*self._files, self.metadata)
+        self.topics = merge_topics(topic for source in sources for topic in source.topics)
         total = total_span(file.span for file in self._files)
         self.counts: dict[str, int] = {**dict.fromkeys(self.topics, 0), **total.counts}
         self.first_ns = total.first_ns if total.message_count else 0
@@ -133,21 +133,6 @@ class BagReader:
                 problem = f'holds {found} of the {promised} messages that its {source} promise'
                 raise BagError(self.path, f'{problem}; goalreach record --repair may help')
 
-    def close(self) -> None:
-        """Close it."""
-        self._stack.close()
-
-    def __enter__(self) -> BagReader:  # noqa: PYI034 - Self is newer than Python 3.10
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
     def _open(self, file: Path, opened: ExitStack) -> _StorageReader:
         if not file.exists():
             raise BagError(self.path, f'lacks its file {file.name}')
@@ -180,23 +165,6 @@ def _read_metadata(path: Path) -> BagMetadata:
             raise BagError(path, problem)
         raise BagError(path, f'is not a bag: it holds no {METADATA_NAME}')
     return read_metadata(path)
-
-
-def _merge_topics(metadata: BagMetadata, files: list[_StorageReader]) -> dict[str, BagTopic]:
-    """Return the topics of the files, with what only the metadata says about them."""
-    described = {topic.name: topic for topic in metadata.topics}
-    topics: dict[str, BagTopic] = {}
-    for topic in (topic for file in files for topic in file.topics):
-        known = described.get(topic.name, topic)
-        topics.setdefault(
-            topic.name,
-            replace(
-                topic,
-                type_hash=topic.type_hash or known.type_hash,
-                offers=topic.offers or known.offers,
-            ),
-        )
-    return {**described, **topics}
 
 
 @contextmanager

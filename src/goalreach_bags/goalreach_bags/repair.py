@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from goalreach_bags.metadata import (
 from goalreach_bags.reader import BagReader, storage_files
 from goalreach_bags.sqlite_file import SqliteScan, is_truncated_database, scan_sqlite
 from goalreach_bags.storage import NOT_CLOSED, SUFFIXES, BagError
-from goalreach_bags.topic import BagTopic
+from goalreach_bags.topic import merge_topics
 from goalreach_bags.writer import FLUSH_S
 
 _STORAGES: Final = {suffix: storage for storage, suffix in SUFFIXES.items()}
@@ -157,28 +157,16 @@ def _metadata(path: Path, scans: list[_StorageScan], existing: BagMetadata | Non
     compressed = any(scan.compressed for scan in scans)
     distros = [*(m.distro for m in known), *(scan.distro for scan in scans)]
     spans = tuple(scan.span for scan in scans)
+    topics = merge_topics(topic for source in (*scans, *known) for topic in source.topics)
     return BagMetadata(
         storage=_STORAGES[scans[0].path.suffix],
-        topics=_topics(scans, known),
+        topics=tuple(topics.values()),
         files=spans,
         total=total_span(spans),
         compression_mode='MESSAGE' if compressed else '',
         custom=custom,
         distro=next(filter(None, distros), ''),
     )
-
-
-def _topics(scans: list[_StorageScan], known: list[BagMetadata]) -> tuple[BagTopic, ...]:
-    topics: dict[str, BagTopic] = {}
-    found = [topic for scan in scans for topic in scan.topics]
-    for topic in (*found, *(topic for metadata in known for topic in metadata.topics)):
-        first = topics.setdefault(topic.name, topic)
-        topics[topic.name] = replace(
-            first,
-            type_hash=first.type_hash or topic.type_hash,
-            offers=first.offers or topic.offers,
-        )
-    return tuple(topics.values())
 
 
 def _agree(existing: BagMetadata, metadata: BagMetadata) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
@@ -229,7 +230,7 @@ def _read_topics(base: sqlite3.Connection) -> dict[int, BagTopic]:
 
 def _read_span(name: str, base: sqlite3.Connection, topics: dict[int, BagTopic]) -> FileSpan:
     rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
-    counts = {topics[number].name: count for number, count in rows if number in topics}
+    counts = Counter({topics[number].name: n for number, n in rows if number in topics})
     times = base.execute('SELECT MIN(timestamp), MAX(timestamp) FROM messages').fetchone()
     first_ns = NO_TIME_NS if times[0] is None else times[0]
     return FileSpan(name=name, counts=counts, first_ns=first_ns, last_ns=times[1] or 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
 from dataclasses import dataclass, field
 import errno
 import os
@@ -43,9 +43,9 @@ class BagStoppedError(BagError):
         super().__init__(path, problem)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class FileSpan:
-    """Messages of one file of a bag.
+    """Counts and times of the messages of one file of a bag, added while they are written or read.
 
     Attributes:
         name: File name inside the bag's directory.
@@ -55,14 +55,20 @@ class FileSpan:
     """
 
     name: str
-    counts: Mapping[str, int] = field(default_factory=dict)
+    counts: Counter[str] = field(default_factory=Counter)
     first_ns: int = NO_TIME_NS
     last_ns: int = 0
+
+    def add(self, topic: str, time_ns: int) -> None:
+        """Count a message."""
+        self.counts[topic] += 1
+        self.first_ns = min(self.first_ns, time_ns)
+        self.last_ns = max(self.last_ns, time_ns)
 
     @property
     def message_count(self) -> int:
         """Messages of all topics."""
-        return sum(self.counts.values())
+        return self.counts.total()
 
     @property
     def duration_ns(self) -> int:

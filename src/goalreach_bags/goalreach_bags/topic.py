@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 import os
 from pathlib import Path
@@ -69,6 +69,19 @@ class BagTopic:
     definition: str
     encoding: str = 'ros2msg'
     serialization: str = 'cdr'
+
+
+def merge_topics(topics: Iterable[BagTopic]) -> dict[str, BagTopic]:
+    """Return topics by name; of several descriptions later ones add what the first lacks."""
+    merged: dict[str, BagTopic] = {}
+    for topic in topics:
+        first = merged.setdefault(topic.name, topic)
+        merged[topic.name] = replace(
+            first,
+            type_hash=first.type_hash or topic.type_hash,
+            offers=first.offers or topic.offers,
+        )
+    return merged
 
 
 def offers_to_list(offers: Sequence[Qos]) -> list[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 import errno
 from pathlib import Path
 import time
@@ -12,14 +13,7 @@ from goalreach_bags.mcap_file import McapWriter
 from goalreach_bags.metadata import BagMetadata, metadata_text, total_span, write_metadata
 from goalreach_bags.options import StorageOptions
 from goalreach_bags.sqlite_file import SqliteWriter
-from goalreach_bags.storage import (
-    NO_TIME_NS,
-    SUFFIXES,
-    BagError,
-    BagStoppedError,
-    FileSpan,
-    require_new_bag,
-)
+from goalreach_bags.storage import SUFFIXES, BagError, BagStoppedError, FileSpan, require_new_bag
 from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
@@ -58,7 +52,6 @@ class BagWriter:
         self._numbers: dict[str, int] = {}
         self._done: list[FileSpan] = []
         self.custom: dict[str, str] = {}
-        self._first_ns, self._last_ns = NO_TIME_NS, 0
         self._flushed_s = now()
         require_new_bag(self.path)
         try:
@@ -100,9 +93,7 @@ class BagWriter:
         number = self._numbers[name]
         published_ns = time_ns if publish_ns is None else publish_ns
         self._do(lambda: self._storage.write(number, time_ns, published_ns, data))
-        self._counts[name] = self._counts.get(name, 0) + 1
-        self._first_ns = min(self._first_ns, time_ns)
-        self._last_ns = max(self._last_ns, time_ns)
+        self._span.add(name, time_ns)
         if self._storage.wants_flush:
             self._do(self._flush)
 
@@ -131,7 +122,7 @@ class BagWriter:
 
     def metadata(self) -> BagMetadata:
         """Return the metadata of what was written so far."""
-        spans = tuple(self._done if self._file is None else [*self._done, self._current()])
+        spans = tuple(self._done if self._file is None else [*self._done, self._span])
         options = self._options
         return BagMetadata(
             storage=options.storage,
@@ -150,30 +141,22 @@ class BagWriter:
 
     def _open_file(self) -> _StorageFile:
         suffix = SUFFIXES[self._options.storage]
-        self._name = f'{self.path.name}_{len(self._done)}{suffix}'
-        self._counts: dict[str, int] = {}
-        self._first_ns, self._last_ns = NO_TIME_NS, 0
-        self._flushed = self._current()
+        self._span = FileSpan(name=f'{self.path.name}_{len(self._done)}{suffix}')
+        self._flushed = deepcopy(self._span)
         make = McapWriter if self._options.storage == 'mcap' else SqliteWriter
-        return make(self.path / self._name, zstd=self._options.zstd)
-
-    def _current(self) -> FileSpan:
-        counts = dict(self._counts)
-        return FileSpan(
-            name=self._name, counts=counts, first_ns=self._first_ns, last_ns=self._last_ns
-        )
+        return make(self.path / self._span.name, zstd=self._options.zstd)
 
     def _is_full(self, time_ns: int) -> bool:
         options = self._options
-        if not self._counts:
+        if not self._span.counts:
             return False
-        lasts_ns = time_ns - self._first_ns
+        lasts_ns = time_ns - self._span.first_ns
         return self._storage.size >= options.max_bytes or lasts_ns >= options.max_duration_ns
 
     def _flush(self) -> None:
         self._flushed_s = self._now()
         self._storage.flush()
-        self._flushed = self._current()
+        self._flushed = deepcopy(self._span)
 
     def _split(self) -> None:
         self._finish_file()
@@ -207,9 +190,7 @@ class BagWriter:
         try:
             if self._file is not None:
                 self._file.drop_pending()
-                flushed = self._flushed
-                self._counts = dict(flushed.counts)
-                self._first_ns, self._last_ns = flushed.first_ns, flushed.last_ns
+                self._span = deepcopy(self._flushed)
             self._finish()
         except (OSError, FileFormatError):
             closed = False
