@@ -43,8 +43,7 @@ def pixel_shares(centre_px: float, sigma_px: float, first: int, last: int) -> Fl
     scale = 1.0 / (sigma_px * _SQRT2)
     edge_px, erf = centre_px + 0.5, math.erf
     values = np.array([0.5 * erf((i - edge_px) * scale) for i in range(first, last + 1)])
-    shares: FloatArray = values[1:] - values[:-1]
-    return shares
+    return np.diff(values)
 
 
 def spot_window(
@@ -63,11 +62,9 @@ def spot_window(
     if peak_dn <= _DARK_DN:
         return slice(0, 0), slice(0, 0)
     reach_px = sigma_px * math.sqrt(2.0 * math.log(peak_dn / _DARK_DN)) + 1.0
-    rows = slice(
-        max(math.floor(v_px - reach_px), 0), min(math.ceil(v_px + reach_px) + 1, shape[0])
-    )
-    columns = slice(
-        max(math.floor(u_px - reach_px), 0), min(math.ceil(u_px + reach_px) + 1, shape[1])
+    rows, columns = (
+        slice(max(math.floor(at_px - reach_px), 0), min(math.ceil(at_px + reach_px) + 1, size))
+        for at_px, size in zip((v_px, u_px), shape, strict=True)
     )
     if rows.start >= rows.stop or columns.start >= columns.stop:
         return slice(0, 0), slice(0, 0)

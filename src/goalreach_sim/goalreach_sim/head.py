@@ -32,9 +32,7 @@ class Servo:
     def velocity_rad_per_s(self) -> float:
         """Present rate of rotation."""
         to_go_rad = self._target_rad - self.position_rad
-        if to_go_rad == 0.0:
-            return 0.0
-        return self._rate_rad_per_s if to_go_rad > 0.0 else -self._rate_rad_per_s
+        return math.copysign(self._rate_rad_per_s, to_go_rad) if to_go_rad else 0.0
 
     def place(self, position_rad: float) -> None:
         """Set the position, at rest."""
@@ -57,7 +55,7 @@ class Servo:
         if abs(to_go_rad) <= reach_rad:
             self.position_rad = self._target_rad
         else:
-            self.position_rad += reach_rad if to_go_rad > 0.0 else -reach_rad
+            self.position_rad += math.copysign(reach_rad, to_go_rad)
 
 
 class PanTiltHead:
@@ -117,10 +115,8 @@ class PanTiltHead:
     @property
     def true_angles_rad(self) -> tuple[float, float]:
         """True pan and tilt of the camera."""
-        return (
-            self.pan.position_rad + self._pan_bias_rad,
-            self.tilt.position_rad + self._tilt_bias_rad,
-        )
+        pan_rad, tilt_rad = self.pan.position_rad, self.tilt.position_rad
+        return pan_rad + self._pan_bias_rad, tilt_rad + self._tilt_bias_rad
 
     def read(self) -> tuple[float, float]:
         """Read the encoders: pan and tilt, radians."""

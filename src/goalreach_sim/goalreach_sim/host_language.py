@@ -12,7 +12,9 @@ simulator's ground truth.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import compress
 import math
 from typing import Final, Protocol
 
@@ -38,6 +40,7 @@ STATE_LENGTH: Final = 45
 
 _TENTH_INCH_M: Final = 0.1 * INCH_M
 _TENTH_DEGREE_RAD: Final = math.radians(0.1)
+_UNITS: Final = (_TENTH_INCH_M, _TENTH_DEGREE_RAD, _TENTH_DEGREE_RAD)
 _TURN_TENTHS = 3600
 _REAL_TIME = 10
 _LONGEST_TIMEOUT_S = 255
@@ -147,12 +150,13 @@ class Nomad200:
         """
         _check_timeout('ws', timeout_s)
         self._done()
+        chosen = tuple(compress(self._robot.axes, (translation, steering, turret)))
         left = math.ceil(timeout_s / self._period_s)
-        while left > 0 and self._is_moving(translation, steering, turret):
+        while left > 0 and any(axis.is_moving for axis in chosen):
             self._advance()
             left -= 1
         self._refresh()
-        return not self._is_moving(translation, steering, turret)
+        return not any(axis.is_moving for axis in chosen)
 
     def zr(self) -> None:
         """Align steering and turret with bumper zero, then set position and angles to zero.
@@ -162,7 +166,7 @@ class Nomad200:
         robot = self._robot
         robot.stop()
         self._wait()
-        for axis in (robot.steering, robot.turret):
+        for axis in robot.axes[1:]:
             axis.move_by(-math.remainder(axis.position, math.tau))
         self._wait()
         robot.define_odometry(Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0))
@@ -172,18 +176,16 @@ class Nomad200:
     def dp(self, x: int, y: int) -> None:
         """Define the present position: 0.1 inch. The robot does not move."""
         _check_whole('dp', x, y)
-        heading_rad = self._robot.odometry.pose.heading_rad
-        self._robot.define_odometry(
-            Pose2(x_m=x * _TENTH_INCH_M, y_m=y * _TENTH_INCH_M, heading_rad=heading_rad)
-        )
+        pose = self._robot.odometry.pose
+        pose = replace(pose, x_m=x * _TENTH_INCH_M, y_m=y * _TENTH_INCH_M)
+        self._robot.define_odometry(pose)
         self._done()
 
     def da(self, steering: int, turret: int) -> None:
         """Define the present angles: 0.1 degree. The robot does not move."""
         _check_whole('da', steering, turret)
         pose = self._robot.odometry.pose
-        heading_rad = steering * _TENTH_DEGREE_RAD
-        self._robot.define_odometry(Pose2(x_m=pose.x_m, y_m=pose.y_m, heading_rad=heading_rad))
+        self._robot.define_odometry(replace(pose, heading_rad=steering * _TENTH_DEGREE_RAD))
         self._turret_zero_rad = self._robot.turret.position - turret * _TENTH_DEGREE_RAD
         self._done()
 
@@ -215,25 +217,13 @@ class Nomad200:
 
     def _axes(
         self, translation: int, steering: int, turret: int
-    ) -> tuple[tuple[Axis, float, int], ...]:
-        _check_whole('(translation, steering, turret)', translation, steering, turret)
-        robot = self._robot
-        return (
-            (robot.translation, _TENTH_INCH_M, translation),
-            (robot.steering, _TENTH_DEGREE_RAD, steering),
-            (robot.turret, _TENTH_DEGREE_RAD, turret),
-        )
-
-    def _is_moving(self, translation: bool, steering: bool, turret: bool) -> bool:  # noqa: FBT001 - one flag per axis
-        robot = self._robot
-        return (
-            (translation and robot.translation.is_moving)
-            or (steering and robot.steering.is_moving)
-            or (turret and robot.turret.is_moving)
-        )
+    ) -> Iterator[tuple[Axis, float, int]]:
+        values = (translation, steering, turret)
+        _check_whole('(translation, steering, turret)', *values)
+        return zip(self._robot.axes, _UNITS, values, strict=True)
 
     def _wait(self) -> None:
-        while self._is_moving(True, True, True):
+        while any(axis.is_moving for axis in self._robot.axes):
             self._robot.feed_watchdog()
             self._advance()
 
@@ -245,17 +235,17 @@ class Nomad200:
         robot, state = self._robot, self.state
         pose = robot.odometry.pose
         turret_rad = robot.turret.position - self._turret_zero_rad
-        axes = (robot.translation, robot.steering, robot.turret)
         state[STATE_SIM_SPEED] = _REAL_TIME
         state[STATE_BUMPER] = sum(1 << i for i, pressed in enumerate(robot.bumpers) if pressed)
         state[STATE_CONF_X] = round(pose.x_m / _TENTH_INCH_M)
         state[STATE_CONF_Y] = round(pose.y_m / _TENTH_INCH_M)
         state[STATE_CONF_STEER] = round(pose.heading_rad / _TENTH_DEGREE_RAD) % _TURN_TENTHS
         state[STATE_CONF_TURRET] = round(turret_rad / _TENTH_DEGREE_RAD) % _TURN_TENTHS
-        state[STATE_VEL_TRANS] = round(axes[0].velocity / _TENTH_INCH_M)
-        state[STATE_VEL_STEER] = round(axes[1].velocity / _TENTH_DEGREE_RAD)
-        state[STATE_VEL_TURRET] = round(axes[2].velocity / _TENTH_DEGREE_RAD)
-        state[STATE_MOTOR_STATUS] = sum(1 << i for i, a in enumerate(axes) if a.velocity != 0.0)
+        state[STATE_VEL_TRANS] = round(robot.translation.velocity / _TENTH_INCH_M)
+        state[STATE_VEL_STEER] = round(robot.steering.velocity / _TENTH_DEGREE_RAD)
+        state[STATE_VEL_TURRET] = round(robot.turret.velocity / _TENTH_DEGREE_RAD)
+        moving = (axis.velocity != 0.0 for axis in robot.axes)
+        state[STATE_MOTOR_STATUS] = sum(1 << i for i, moves in enumerate(moving) if moves)
 
 
 def _check_whole(verb: str, *values: int) -> None:

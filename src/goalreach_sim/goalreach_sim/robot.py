@@ -31,6 +31,9 @@ GRAZE = 1e-13
 
 BISECTIONS = 60
 
+_WALL_DIRECTIONS_RAD = (math.pi, 0.0, -math.pi / 2.0, math.pi / 2.0)
+"""Azimuths in `map` of the walls, in the order of `Walls.gaps_m`."""
+
 NOTHING_S = 1e-12
 """Shorter times count as zero; absorbs the rounding of sums of steps."""
 
@@ -55,12 +58,8 @@ class Walls:
 
     def gaps_m(self, x_m: float, y_m: float) -> tuple[float, float, float, float]:
         """Return the gap to each wall, in the order of small x, large x, small y, large y."""
-        return (
-            x_m - self.low_x_m,
-            self.high_x_m - x_m,
-            y_m - self.low_y_m,
-            self.high_y_m - y_m,
-        )
+        low_y_m, high_y_m = y_m - self.low_y_m, self.high_y_m - y_m
+        return x_m - self.low_x_m, self.high_x_m - x_m, low_y_m, high_y_m
 
     def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
         """Return the indices (see `gaps_m`) of the walls that the body overlaps.
@@ -69,36 +68,21 @@ class Walls:
         """
         return tuple(i for i, gap_m in enumerate(self.gaps_m(x_m, y_m)) if gap_m < -TOUCH_M)
 
-    def gap_m(self, walls: tuple[int, ...], x_m: float, y_m: float) -> float:
-        """Return the smallest gap to the given walls."""
-        gaps_m = self.gaps_m(x_m, y_m)
-        return min(gaps_m[wall] for wall in walls)
-
     def blocks(self, x_m: float, y_m: float, direction_x: float, direction_y: float) -> bool:
         """Return whether a touched wall stops motion in a direction (a unit vector)."""
-        return (
-            (direction_x < -GRAZE and x_m - self.low_x_m <= TOUCH_M)
-            or (direction_x > GRAZE and self.high_x_m - x_m <= TOUCH_M)
-            or (direction_y < -GRAZE and y_m - self.low_y_m <= TOUCH_M)
-            or (direction_y > GRAZE and self.high_y_m - y_m <= TOUCH_M)
-        )
+        approaches = (-direction_x, direction_x, -direction_y, direction_y)
+        pairs = zip(approaches, self.gaps_m(x_m, y_m), strict=True)
+        return any(approach > GRAZE and gap_m <= TOUCH_M for approach, gap_m in pairs)
 
     def touch_directions_rad(self, x_m: float, y_m: float) -> tuple[float, ...]:
         """Return the azimuths in `map` in which the body touches walls; two in a corner."""
-        gaps = (
-            (self.high_x_m - x_m, 0.0),
-            (self.high_y_m - y_m, math.pi / 2.0),
-            (x_m - self.low_x_m, math.pi),
-            (y_m - self.low_y_m, -math.pi / 2.0),
-        )
-        return tuple(direction_rad for gap_m, direction_rad in gaps if gap_m <= TOUCH_M)
+        pairs = zip(_WALL_DIRECTIONS_RAD, self.gaps_m(x_m, y_m), strict=True)
+        return tuple(direction_rad for direction_rad, gap_m in pairs if gap_m <= TOUCH_M)
 
     def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
         """Return the nearest point of the free floor."""
-        return (
-            min(max(x_m, self.low_x_m), self.high_x_m),
-            min(max(y_m, self.low_y_m), self.high_y_m),
-        )
+        y_m = min(max(y_m, self.low_y_m), self.high_y_m)
+        return min(max(x_m, self.low_x_m), self.high_x_m), y_m
 
 
 def first_crossing(gap_m: Callable[[float], float], end_s: float) -> float:
@@ -193,6 +177,11 @@ class Robot:
         self.base_yaw_rad = start.heading_rad - steering_rad
         self.define_odometry(start)
 
+    @property
+    def axes(self) -> tuple[Axis, Axis, Axis]:
+        """Translation, steering and turret."""
+        return self.translation, self.steering, self.turret
+
     def define_odometry(self, pose: Pose2) -> None:
         """Set the pose from which the encoders count; the robot does not move."""
         self._odometry.define(pose, self.steering.position)
@@ -203,7 +192,7 @@ class Robot:
 
     def stop(self) -> None:
         """Ramp all axes to rest."""
-        for axis in (self.translation, self.steering, self.turret):
+        for axis in self.axes:
             axis.go(0.0)
 
     def drive(self, command: Twist2, age_s: float = 0.0) -> None:
@@ -281,9 +270,7 @@ class Robot:
             if not passed:
                 self._roll(step_s)
                 return step_s
-            touch_s = first_crossing(
-                lambda t: self.walls.gap_m(passed, *self._position(motion, t)), step_s
-            )
+            touch_s = first_crossing(lambda t: self._gap_m(passed, motion, t), step_s)
             if touch_s > NOTHING_S:
                 self._roll(touch_s)
                 self.translation.stall()
@@ -303,6 +290,11 @@ class Robot:
         return self.walls.blocks(
             self.x_m, self.y_m, sign * math.cos(middle_rad), sign * math.sin(middle_rad)
         )
+
+    def _gap_m(self, walls: tuple[int, ...], motion: Motion, dt_s: float) -> float:
+        """Return the smallest gap to the given walls after a time."""
+        gaps_m = self.walls.gaps_m(*self._position(motion, dt_s))
+        return min(gaps_m[wall] for wall in walls)
 
     def _position(self, motion: Motion, dt_s: float) -> tuple[float, float]:
         dx_m, dy_m = displacement(motion, dt_s)

@@ -67,17 +67,9 @@ class WheelOdometry:
     def count(self, motion: Motion, dt_s: float) -> None:
         """Add a piece of motion relative to the base, its heading being the steering angle."""
         steering_rad, turn, turn_change, speed, acceleration = motion
-        scale = self.scale
-        dx_m, dy_m = displacement(
-            Motion(
-                self._yaw_rad + steering_rad,
-                turn,
-                turn_change,
-                scale * speed,
-                scale * acceleration,
-            ),
-            dt_s,
-        )
+        heading_rad, scale = self._yaw_rad + steering_rad, self.scale
+        motion = Motion(heading_rad, turn, turn_change, scale * speed, scale * acceleration)
+        dx_m, dy_m = displacement(motion, dt_s)
         self._x_m += dx_m
         self._y_m += dy_m
 

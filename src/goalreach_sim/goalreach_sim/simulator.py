@@ -37,12 +37,14 @@ class Simulator:
         robot: The mobile base, in SI units.
         head: The pan/tilt head.
         nomad: The same robot behind its host language.
+        time_ns: The robot's clock, nanoseconds; a reset does not turn it back.
+        period_ns: One camera period, nanoseconds.
     """
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._time_ns = 0
-        self._period_ns = config.period_ns
+        self.time_ns = 0
+        self.period_ns = config.period_ns
         self._faults = SimulatedFaults()
         self._last_image: NDArray[np.uint8] | None = None
         self._encoders_stood: Pose2 | None = None
@@ -86,17 +88,7 @@ class Simulator:
             event_rng=event_rng,
         )
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
-        self.nomad = Nomad200(self.robot, self.advance, self._period_ns * 1e-9)
-
-    @property
-    def time_ns(self) -> int:
-        """The robot's clock, nanoseconds; a reset does not turn it back."""
-        return self._time_ns
-
-    @property
-    def period_ns(self) -> int:
-        """One camera period, nanoseconds."""
-        return self._period_ns
+        self.nomad = Nomad200(self.robot, self.advance, self.period_ns * 1e-9)
 
     def reset(self, start: Pose2) -> None:
         """Put the robot at a pose, at rest, its head straight; odometry starts there.
@@ -158,18 +150,20 @@ class Simulator:
 
     def advance(self) -> None:
         """Simulate one camera period."""
-        dt_s = self._period_ns * 1e-9
+        dt_s = self.period_ns * 1e-9
         self.robot.advance(dt_s)
         self.head.advance(dt_s)
-        self._time_ns += self._period_ns
+        self.time_ns += self.period_ns
 
     def sense(self) -> SensorFrame:
         """Read every sensor now."""
         robot = self.robot
-        turret_rad = robot.turret_joint_rad
         pan_rad, tilt_rad = self.head.true_angles_rad
-        truth_head = HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
+        truth_head = HeadAngles(
+            turret_rad=robot.turret_joint_rad, pan_rad=pan_rad, tilt_rad=tilt_rad
+        )
         pan_reading_rad, tilt_reading_rad = self.head.read()
+        joints = replace(truth_head, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad)
         truth, odometry = robot.truth, robot.odometry
         if self._encoders_stood is not None:
             odometry = replace(odometry, pose=self._encoders_stood)
@@ -181,12 +175,10 @@ class Simulator:
         if stuck >= 0:
             bumpers = (*bumpers[:stuck], True, *bumpers[stuck + 1 :])
         return SensorFrame(
-            time_ns=self._time_ns,
+            time_ns=self.time_ns,
             image=image,
             camera=self._camera,
-            joints=HeadAngles(
-                turret_rad=turret_rad, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad
-            ),
+            joints=joints,
             odometry=odometry,
             bumpers=bumpers,
             truth=truth,

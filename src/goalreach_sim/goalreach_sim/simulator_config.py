@@ -90,11 +90,7 @@ class HeadConfig(Configuration):
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorConfig(Configuration):
-    """The robot, its camera, its arena, and the size of their errors.
-
-    Raises:
-        ConfigurationError: A value is refused; the line names it.
-    """
+    """The robot, its camera, its arena, and the size of their errors."""
 
     arena_width_m: float = parameter(
         WIDTH_M, 'Arena size along x, m; the paper: 140 in', within=(0.5, 100.0)
@@ -171,12 +167,9 @@ class SimulatorConfig(Configuration):
             raise ConfigurationError('landmarks_m', self.landmarks_m, 'x, y, z of each LED')
         if len(self.posts_m) % 4:
             raise ConfigurationError('posts_m', self.posts_m, 'x, y, radius, height of each post')
-        x_m, y_m, _ = self.start_pose
-        radius_m = self.body_radius_m
-        if not (
-            radius_m <= x_m <= self.arena_width_m - radius_m
-            and radius_m <= y_m <= self.arena_length_m - radius_m
-        ):
+        radius_m, sizes_m = self.body_radius_m, (self.arena_width_m, self.arena_length_m)
+        pairs = zip(self.start_pose[:2], sizes_m, strict=True)
+        if not all(radius_m <= place_m <= size_m - radius_m for place_m, size_m in pairs):
             raise ConfigurationError('start_pose', self.start_pose, 'on the free floor')
 
     @property

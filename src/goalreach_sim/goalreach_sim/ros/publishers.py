@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 import time
 
@@ -126,15 +127,11 @@ class FramePublisher:
         send(self._truth, odometry_to_raw(frame.truth, stamp_ns, frame_id=MAP_FRAME))
         send(self._odom, odometry_to_raw(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
         send(self._joints, head_to_raw(frame.joints, stamp_ns))
-        send(
-            self._bumpers,
-            bumpers_to_raw(
-                frame.bumpers,
-                stamp_ns,
-                body_radius_m=self._config.body_radius_m,
-                scan_time_s=self._config.period_ns * 1e-9,
-            ),
+        radius_m, scan_s = self._config.body_radius_m, self._config.period_ns * 1e-9
+        bumpers = bumpers_to_raw(
+            frame.bumpers, stamp_ns, body_radius_m=radius_m, scan_time_s=scan_s
         )
+        send(self._bumpers, bumpers)
         send(self._camera, camera_to_raw(frame.camera, stamp_ns))
         send(self._image, image_to_raw(frame.image, stamp_ns))
         self._compressed.publish_if_due(frame.image, stamp_ns)
@@ -160,39 +157,22 @@ def arena_markers(config: SimulatorConfig, regions: RegionMap) -> MarkerArray:
         (width_m + half_m, length_m / 2, _WALL_THICKNESS_M, length_m),
     )
     markers = [
-        _box('walls', index, (x, y, _WALL_HEIGHT_M / 2), (dx, dy, _WALL_HEIGHT_M), _GREY)
+        _marker('walls', index, (x, y, _WALL_HEIGHT_M / 2), (dx, dy, _WALL_HEIGHT_M), _GREY)
         for index, (x, y, dx, dy) in enumerate(walls)
     ]
     x0, y0, x1, y1 = regions.bounds(regions.goal)
     centre = ((x0 + x1) / 2, (y0 + y1) / 2, 0.0)
-    markers.append(_box('goal', 0, centre, (x1 - x0, y1 - y0, 0.002), _GREEN))
+    markers.append(_marker('goal', 0, centre, (x1 - x0, y1 - y0, 0.002), _GREEN))
     markers.append(_borders(regions, width_m, length_m))
     size = (_LED_DIAMETER_M,) * 3
-    leds = config.landmarks_m
-    for index in range(len(leds) // 3):
-        x, y, z = leds[3 * index : 3 * index + 3]
-        markers.append(_box('leds', index, (x, y, z), size, _RED, shape=Marker.SPHERE))
+    for index, led_m in enumerate(config.landmark_array_m.tolist()):
+        markers.append(_marker('leds', index, led_m, size, _RED, shape=Marker.SPHERE))
     return MarkerArray(markers=markers)
 
 
-def _box(
-    namespace: str,
-    index: int,
-    centre: tuple[float, float, float],
-    size: tuple[float, ...],
-    color: ColorRGBA,
-    *,
-    shape: int = Marker.CUBE,
-) -> Marker:
-    marker = _marker(namespace, index, shape, color)
-    marker.pose.position = Point(x=centre[0], y=centre[1], z=centre[2])
-    marker.scale.x, marker.scale.y, marker.scale.z = size
-    return marker
-
-
 def _borders(regions: RegionMap, width_m: float, length_m: float) -> Marker:
-    marker = _marker('regions', 0, Marker.LINE_LIST, _BLUE)
-    marker.scale.x = _LINE_WIDTH_M
+    size = (_LINE_WIDTH_M, 0.0, 0.0)
+    marker = _marker('regions', 0, (0.0, 0.0, 0.0), size, _BLUE, shape=Marker.LINE_LIST)
     for x in regions.x_borders_m[1:3]:
         marker.points += [Point(x=x, y=0.0), Point(x=x, y=length_m)]
     for y in regions.y_borders_m[1:3]:
@@ -200,7 +180,17 @@ def _borders(regions: RegionMap, width_m: float, length_m: float) -> Marker:
     return marker
 
 
-def _marker(namespace: str, index: int, shape: int, color: ColorRGBA) -> Marker:
+def _marker(
+    namespace: str,
+    index: int,
+    centre: Sequence[float],
+    size: tuple[float, ...],
+    color: ColorRGBA,
+    *,
+    shape: int = Marker.CUBE,
+) -> Marker:
     marker = Marker(header=header(0, MAP_FRAME), ns=namespace, id=index, type=shape, color=color)
+    marker.pose.position = Point(x=centre[0], y=centre[1], z=centre[2])
     marker.pose.orientation.w = 1.0
+    marker.scale.x, marker.scale.y, marker.scale.z = size
     return marker
