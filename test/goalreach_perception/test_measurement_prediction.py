@@ -19,7 +19,7 @@ from goalreach_perception.measurement_model import (
     project,
     state_jacobian,
 )
-from goalreach_perception.measurement_prediction import View, offsets_from, predict_leds
+from goalreach_perception.measurement_prediction import offsets_from, predict_leds
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 LEDS_M = Arena().landmark_array_m
@@ -45,8 +45,8 @@ def test_it_equals_the_measurement_model(
 ) -> None:
     offsets = LEDS_M - np.array([x_m, y_m, 1.1])
     projection = project(offsets, optical_rotation(azimuth, tilt), LENS.scaled(focal))
-    view = View(azimuth, tilt, LENS, focal)
-    expected = predict_leds(offsets.tolist(), view, offsets.tolist())
+    offsets_m, lens = offsets.tolist(), LENS.scaled(focal)
+    expected = predict_leds(offsets_m, offsets_m, (azimuth, tilt), lens.intrinsics)
     assert expected.depth_m == pytest.approx(projection.depth_m.tolist())
     assume(min(expected.depth_m) > 0.1)
     assert expected.pixels_px == pytest.approx(projection.pixels_px, abs=1e-6)
@@ -61,9 +61,8 @@ def test_it_equals_the_measurement_model(
 def test_only_heading_and_scale_are_linearized_at_the_first_estimates() -> None:
     offsets = LEDS_M - np.array([1.5, 2.5, 1.1])
     first = offsets + np.array([0.01, -0.02, 0.03])
-    view = View(-1.6, 0.2, LENS, 0.0)
-    now = predict_leds(offsets.tolist(), view, offsets.tolist())
-    later = predict_leds(offsets.tolist(), view, first.tolist())
+    now = predict_leds(offsets.tolist(), offsets.tolist(), (-1.6, 0.2), LENS.intrinsics)
+    later = predict_leds(offsets.tolist(), first.tolist(), (-1.6, 0.2), LENS.intrinsics)
     then = later.by_state
     turns = now.by_state - then
     assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS, SCALE]

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.association import Fix, identify
 from goalreach_perception.landmark_tracking import MatchedLeds
@@ -53,32 +54,18 @@ class DirectedSpots:
 class _Spot:
     azimuth_rad: float
     rise_rad: float
-    pixel_px: tuple[float, float]
+    pixel_px: Sequence[float]
     sigma_px: float
     turn_rad: float
     tilt_rad: float
     hits: int = 1
 
 
-def _spot(
-    pixel_px: Sequence[float],
-    slope: tuple[float, float],
-    sigma_px: float,
-    turn_rad: float,
-    tilt_rad: float,
-) -> _Spot:
-    """Return a spot with the direction of its ray (right, down, forward = 1) in the camera."""
-    right, down = slope
+def _direction(right: float, down: float, tilt_rad: float) -> tuple[float, float]:
+    """Return azimuth (to the right) and rise of a ray (right, down, 1) of a tilted camera."""
     cosine, sine = math.cos(tilt_rad), math.sin(tilt_rad)
     forward = cosine + sine * down
-    return _Spot(
-        azimuth_rad=turn_rad - math.atan2(right, forward),
-        rise_rad=math.atan2(sine - cosine * down, math.hypot(forward, right)),
-        pixel_px=(pixel_px[0], pixel_px[1]),
-        sigma_px=sigma_px,
-        turn_rad=turn_rad,
-        tilt_rad=tilt_rad,
-    )
+    return math.atan2(right, forward), math.atan2(sine - cosine * down, math.hypot(forward, right))
 
 
 class Panorama:
@@ -125,15 +112,15 @@ class Panorama:
         if self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M:
             self.clear()
             self._place_m = place_m
-        turn = odometry.heading_rad + joints.turret_rad + joints.pan_rad
+        turn = camera_azimuth(odometry.heading_rad, joints)
         noise_px = self._encoder_sigma_rad * float(lens.focal_px.max())
         slopes = ((pixels_px - lens.centre_px) / lens.focal_px).tolist()
         for pixel, (right, down), sigma in zip(
             pixels_px.tolist(), slopes, sigmas_px.tolist(), strict=True
         ):
-            spread = noise_px * (1.0 + right * right + down * down)
-            sigma_px = math.hypot(sigma, spread)
-            self._merge(_spot(pixel, (right, down), sigma_px, turn, joints.tilt_rad))
+            sigma_px = math.hypot(sigma, noise_px * (1.0 + right * right + down * down))
+            azimuth, rise = _direction(right, down, joints.tilt_rad)
+            self._merge(_Spot(turn - azimuth, rise, pixel, sigma_px, turn, joints.tilt_rad))
         return len(slopes) > 0 and len(self._spots) > len(slopes)
 
     def _merge(self, spot: _Spot) -> None:
@@ -189,14 +176,10 @@ class Acquisition:
             joints: Encoder readings.
             optics: The lens.
         """
-        count = len(found.pixels_px)
-        image = DirectedSpots(
-            found.pixels_px,
-            found.spots.sigmas_px,
-            np.zeros(count),
-            np.full(count, joints.tilt_rad),
-        )
-        return self._solve(image, optics)
+        turns_rad = np.zeros(len(found.pixels_px))
+        tilts_rad = np.full(len(turns_rad), joints.tilt_rad)
+        sigmas_px = found.spots.sigmas_px
+        return self._solve(DirectedSpots(found.pixels_px, sigmas_px, turns_rad, tilts_rad), optics)
 
     def from_panorama(
         self, found: MatchedLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
@@ -216,14 +199,10 @@ class Acquisition:
             The pose in `map` with its (3, 3) covariance of x, y, heading; None if there is no
             solution, or its covariance is too large.
         """
-        gained = self._panorama.add(
-            found.pixels_px,
-            found.spots.sigmas_px,
-            lens=optics.lens,
-            joints=joints,
-            odometry=odometry,
-        )
-        if not gained:
+        pixels_px, sigmas_px, lens = found.pixels_px, found.spots.sigmas_px, optics.lens
+        if not self._panorama.add(
+            pixels_px, sigmas_px, lens=lens, joints=joints, odometry=odometry
+        ):
             return None
         spots = self._panorama.frequent_spots(self._config.detection.maximum_spots)
         fix = self._solve(spots, optics)

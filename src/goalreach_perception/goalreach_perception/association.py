@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
+from goalreach_perception.measurement_model import BEHIND_M
 from goalreach_perception.one_image_pose import (
     ImageGeometry,
     Solutions,
@@ -35,7 +36,6 @@ _LARGEST_MISFIT_PX = 100.0
 did was 71 px."""
 _BORDER_PX = 15.0
 """An LED nearer than this to the border may be cut off, or just outside. Chosen."""
-_BEHIND_M = 0.06
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,7 +218,7 @@ def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np
     seen = geometry.project(pose[None, :], offsets_m, np.zeros_like(others))
     off_centre_px = np.abs(seen.pixels_px - geometry.lens.centre_px)
     inside = (off_centre_px < geometry.lens.centre_px - _BORDER_PX).all(axis=-1)
-    return bool((inside & (seen.depth_m > _BEHIND_M)).any())
+    return bool((inside & (seen.depth_m > BEHIND_M)).any())
 
 
 def _differ(poses: FloatArray, leds: NDArray[np.intp], best: int) -> NDArray[np.bool_]:

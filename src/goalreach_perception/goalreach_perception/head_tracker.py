@@ -180,9 +180,11 @@ class HeadTracker:
             hold: LEDs to centre even if another set fits better; empty for the best set.
         """
         self._search.reset()
-        azimuth, tilt = (
-            self._centred(offsets_m, hold) if hold else self.centre_leds(offsets_m, lens)
-        )
+        if hold:
+            self._centred_leds = hold
+            azimuth, tilt, _, _ = self._centre([offsets_m[i] for i in hold])
+        else:
+            azimuth, tilt = self.centre_leds(offsets_m, lens)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -209,7 +211,7 @@ class HeadTracker:
         half_u, half_v = (cx - margin) / fx, (cy - margin) / fy
         best: tuple[float, float] | None = None
         for leds in self._ordered(azimuths):
-            azimuth, tilt, reach_u, reach_v = self._centre(offsets_m, azimuths, leds)
+            azimuth, tilt, reach_u, reach_v = self._centre([offsets_m[i] for i in leds])
             best = best or (azimuth, tilt)
             slack = 1.0 if leds == self._centred_leds else _ENTRY_SLACK
             if reach_u <= half_u * slack and reach_v <= half_v * slack:
@@ -218,53 +220,34 @@ class HeadTracker:
         self._centred_leds = ()
         return best or (0.0, 0.0)
 
-    def _centred(
-        self, offsets_m: Sequence[Sequence[float]], leds: tuple[int, ...]
-    ) -> tuple[float, float]:
-        """Return azimuth and tilt that centre given LEDs."""
-        self._centred_leds = leds
-        azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
-        return self._centre(offsets_m, azimuths, leds)[:2]
-
     def _ordered(self, azimuths: Sequence[float]) -> Iterator[tuple[int, ...]]:
         """Yield sets of LEDs by preference: all, pairs from wide to narrow, single ones."""
         everything = tuple(range(len(azimuths)))
         yield everything
-        pairs = [
-            (
-                abs(wrap_angle(azimuths[j] - azimuths[i]))
-                + _WIDER_RAD * ((i, j) == self._centred_leds),
-                i,
-                j,
-            )
-            for i, j in combinations(everything, 2)
-        ]
+        pairs = []
+        for i, j in combinations(everything, 2):
+            width = abs(wrap_angle(azimuths[j] - azimuths[i]))
+            pairs.append((width + _WIDER_RAD * ((i, j) == self._centred_leds), i, j))
         for _, i, j in sorted(pairs, reverse=True):
             yield i, j
         for i in everything:
             yield (i,)
 
-    def _centre(
-        self,
-        offsets_m: Sequence[Sequence[float]],
-        azimuths: Sequence[float],
-        leds: tuple[int, ...],
-    ) -> tuple[float, float, float, float]:
+    def _centre(self, places_m: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
         """Return azimuth and tilt that centre given LEDs, and their extent from the centre.
 
         Returns:
             Azimuth, tilt, and the largest slopes (offset / focal length) along u and v.
         """
-        start = azimuths[leds[0]]
-        turns = [math.remainder(azimuths[i] - start, math.tau) for i in leds]
-        azimuth = start + 0.5 * (min(turns) + max(turns))
-        places = [offsets_m[i] for i in leds]
-        rises = [math.atan2(z, math.hypot(x, y)) for x, y, z in places]
+        azimuths = [math.atan2(y, x) for x, y, _ in places_m]
+        turns = [math.remainder(azimuth - azimuths[0], math.tau) for azimuth in azimuths]
+        azimuth = azimuths[0] + 0.5 * (min(turns) + max(turns))
+        rises = [math.atan2(z, math.hypot(x, y)) for x, y, z in places_m]
         tilt = self._config.clip_tilt(0.5 * (min(rises) + max(rises)))
-        left, right, top, bottom = _extent(places, azimuth, tilt)
+        left, right, top, bottom = _extent(places_m, azimuth, tilt)
         azimuth -= math.atan(0.5 * (left + right) / math.cos(tilt))
         tilt = self._config.clip_tilt(tilt - math.atan(0.5 * (top + bottom)))
-        left, right, top, bottom = _extent(places, azimuth, tilt)
+        left, right, top, bottom = _extent(places_m, azimuth, tilt)
         return azimuth, tilt, max(-left, right), max(-top, bottom)
 
 

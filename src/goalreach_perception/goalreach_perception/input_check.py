@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import angle_difference
-from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2
 
 _MOVED_M, _TURNED_RAD = 0.005, 0.005
@@ -29,16 +29,10 @@ def _image_fault(image: object, camera: PinholeCamera) -> str:
 
 def _motion_fault(joints: HeadAngles, odometry: Odometry) -> str:
     """Return why joint angles or odometry are invalid, or an empty text."""
-    pose = odometry.pose
-    angles_rad = joints.turret_rad + joints.pan_rad + joints.tilt_rad + pose.heading_rad
-    if math.isfinite(angles_rad + pose.x_m + pose.y_m):
-        return ''
-    for name in ('turret_rad', 'pan_rad', 'tilt_rad'):
-        if not math.isfinite(getattr(joints, name)):
-            return f'joints: {name} is {getattr(joints, name)}'
-    for name in ('x_m', 'y_m', 'heading_rad'):
-        if not math.isfinite(getattr(pose, name)):
-            return f'odometry: {name} is {getattr(pose, name)}'
+    for source, values in (('joints', joints), ('odometry', odometry.pose)):
+        for name, value in vars(values).items():
+            if not math.isfinite(value):
+                return f'{source}: {name} is {value}'
     return ''
 
 
@@ -89,11 +83,9 @@ class FrozenImageDetector:
         if before is None or at is None or image.min() == image.max():
             return ''  # without noise all dark images are equal
         moved_m = math.hypot(pose.x_m - at.x_m, pose.y_m - at.y_m)
-        azimuth = pose.heading_rad + joints.turret_rad + joints.pan_rad
-        azimuth -= at.heading_rad + before.turret_rad + before.pan_rad
-        turned_rad = max(
-            abs(math.remainder(azimuth, math.tau)), abs(joints.tilt_rad - before.tilt_rad)
-        )
+        azimuth = camera_azimuth(pose.heading_rad, joints)
+        turned = math.remainder(azimuth - camera_azimuth(at.heading_rad, before), math.tau)
+        turned_rad = max(abs(turned), abs(joints.tilt_rad - before.tilt_rad))
         if moved_m < _MOVED_M and turned_rad < _TURNED_RAD:
             return ''
         return 'image: the same as before, though the robot has moved'

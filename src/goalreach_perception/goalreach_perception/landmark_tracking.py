@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.detection import Image, SpotDetector, Spots
-from goalreach_perception.measurement_model import Optics
+from goalreach_perception.measurement_model import BEHIND_M, Optics
 from goalreach_perception.measurement_prediction import Prediction, innovation_distance2
 from goalreach_perception.pose_filter import PoseFilter
 
 _WINDOW_SIGMAS = 4.0
 _LARGEST_HALF_PX = 80
-_BEHIND_M = 0.06
-"""An LED at most this deep is not in front of the camera: just above the model's minimum."""
 _BORDER_PX = 6.0
 """A spot nearer to the border may be cut off. Chosen."""
 _MERGED_PX = 4.0
@@ -136,7 +134,7 @@ def _windows(
     expected = 0
     for led, (u, v) in enumerate(pixels):
         spread = _WINDOW_SIGMAS * math.sqrt(max(variances[2 * led], variances[2 * led + 1]))
-        if not (depths[led] > _BEHIND_M and spread < max(shape)):
+        if not (depths[led] > BEHIND_M and spread < max(shape)):
             continue
         if -spread < u < width + spread and -spread < v < height + spread:
             leds.append(led)

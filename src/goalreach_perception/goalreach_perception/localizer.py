@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
@@ -12,7 +11,7 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Pose2, PoseEstimate
 from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.association import Fix
-from goalreach_perception.detection import Image, SpotDetector
+from goalreach_perception.detection import Image
 from goalreach_perception.head_tracker import HeadTracker
 from goalreach_perception.input_check import FrozenImageDetector, input_fault, odometry_jump
 from goalreach_perception.landmark_tracking import MatchedLeds, correct_by, find_predicted
@@ -47,9 +46,7 @@ class LandmarkLocalizer:
     def __init__(self, config: LocalizerConfig) -> None:
         self._config = config
         noise = config.noise
-        self._detector = SpotDetector(
-            config.detection, spot_sigma_px=noise.spot_sigma_px, read_noise_dn=noise.read_noise_dn
-        )
+        self._detector = config.spot_detector()
         self._filter = PoseFilter(
             config.filter,
             noise,
@@ -65,11 +62,6 @@ class LandmarkLocalizer:
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
         self._frozen = FrozenImageDetector()
-        self._jumped = functools.partial(
-            odometry_jump,
-            speed_m_per_s=config.robot_speed_m_per_s,
-            turn_rad_per_s=config.robot_turn_rad_per_s,
-        )
         self._uniform = uniform_estimate(config.arena_width_m, config.arena_length_m)
 
     @property
@@ -133,7 +125,8 @@ class LandmarkLocalizer:
         if self._last is not None:
             before_ns, before = self._last
             dt_s = (time_ns - before_ns) * 1e-9
-            if self._jumped(before, now, dt_s):
+            speed, turn = self._config.robot_speed_m_per_s, self._config.robot_turn_rad_per_s
+            if odometry_jump(before, now, dt_s, speed_m_per_s=speed, turn_rad_per_s=turn):
                 self._acquisition.clear()
                 self._head.restart_search()
                 self._counts['lost'] += self._monitor.mode is not Mode.SEARCHING

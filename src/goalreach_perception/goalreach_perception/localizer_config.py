@@ -13,7 +13,7 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig
-from goalreach_perception.detection import DetectionConfig
+from goalreach_perception.detection import DetectionConfig, SpotDetector
 from goalreach_perception.head_tracker import HeadConfig
 from goalreach_perception.pose_filter import FilterConfig
 from goalreach_perception.pose_monitor import PoseMonitorConfig
@@ -23,11 +23,7 @@ _LEAST_COORDINATES = 9
 
 @dataclass(frozen=True, kw_only=True)
 class LocalizerConfig(Configuration):
-    """Landmarks, expected errors and parameters of every part of the localizer.
-
-    Raises:
-        ConfigurationError: A value is refused; the line names it.
-    """
+    """Landmarks, expected errors and parameters of every part of the localizer."""
 
     landmarks_m: tuple[float, ...] = parameter(
         tuple(coordinate for led in DEFAULT_LANDMARKS_M for coordinate in led),
@@ -81,3 +77,10 @@ class LocalizerConfig(Configuration):
     def landmark_array_m(self) -> FloatArray:
         """The surveyed LEDs, (n, 3), metres."""
         return np.array(self.landmarks_m, dtype=np.float64).reshape(-1, 3)
+
+    def spot_detector(self) -> SpotDetector:
+        """Return the detector for the spots of the expected lens and read noise."""
+        spot_sigma_px, read_noise_dn = self.noise.spot_sigma_px, self.noise.read_noise_dn
+        return SpotDetector(
+            self.detection, spot_sigma_px=spot_sigma_px, read_noise_dn=read_noise_dn
+        )

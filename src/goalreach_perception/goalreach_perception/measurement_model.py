@@ -39,6 +39,8 @@ LEDS: Final = 9
 
 MINIMUM_DEPTH_M: Final = 0.05
 """A point nearer than this, or behind the camera, has no pixel. Chosen, not from the paper."""
+BEHIND_M: Final = 0.06
+"""An LED at most this deep is not in front of the camera: just above that minimum."""
 
 
 @dataclass(frozen=True, kw_only=True)

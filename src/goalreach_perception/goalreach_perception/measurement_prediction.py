@@ -16,37 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M, Lens
+from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M
 
 _AXES = np.array([0, 1])
-
-
-class View(NamedTuple):
-    """Direction and lens of a camera.
-
-    Attributes:
-        azimuth_rad: Azimuth of the optical axis in `map`.
-        tilt_rad: Its tilt, upward.
-        lens: The nominal lens.
-        focal_error: Estimated relative error of its focal length.
-    """
-
-    azimuth_rad: float
-    tilt_rad: float
-    lens: Lens
-    focal_error: float
-
-    @property
-    def turns(self) -> tuple[float, float, float, float]:
-        """Cosine and sine of the azimuth, cosine and sine of the tilt."""
-        azimuth, tilt = self.azimuth_rad, self.tilt_rad
-        return math.cos(azimuth), math.sin(azimuth), math.cos(tilt), math.sin(tilt)
-
-    @property
-    def focal_px(self) -> tuple[float, float]:
-        """The estimated focal lengths along u and v."""
-        fx, fy, _, _ = self.lens.intrinsics
-        return fx * (1.0 + self.focal_error), fy * (1.0 + self.focal_error)
 
 
 def offsets_from(
@@ -74,7 +46,10 @@ class PredictedLeds(NamedTuple):
 
 
 def predict_leds(
-    offsets_m: Sequence[Sequence[float]], view: View, first_m: Sequence[Sequence[float]]
+    offsets_m: Sequence[Sequence[float]],
+    first_m: Sequence[Sequence[float]],
+    axis_rad: tuple[float, float],
+    intrinsics_px: tuple[float, float, float, float],
 ) -> PredictedLeds:
     """Project LEDs and differentiate by the whole state vector.
 
@@ -84,11 +59,12 @@ def predict_leds(
 
     Args:
         offsets_m: n LEDs minus the optical centre in `map`, metres.
-        view: The camera.
         first_m: The same by the first estimates.
+        axis_rad: Azimuth of the optical axis in `map`, and its tilt, upward.
+        intrinsics_px: Estimated focal lengths and principal point: fx, fy, cx, cy.
     """
-    (ca, sa, ct, st), (fx, fy) = view.turns, view.focal_px
-    _, _, cx, cy = view.lens.intrinsics
+    (ca, ct), (sa, st) = map(math.cos, axis_rad), map(math.sin, axis_rad)
+    fx, fy, cx, cy = intrinsics_px
     pixels, rows, by_head, depths = array('d'), array('d'), array('d'), list[float]()
     others = [0.0] * (3 * len(offsets_m))
     columns = range(LEDS, LEDS + len(others), 3)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import (
+    BEHIND_M,
     TILT_BIAS,
     Lens,
     Projection,
@@ -33,8 +34,6 @@ _LARGEST_STEP = np.array([0.7, 0.7, 0.35])
 """Metres, metres, radians per iteration. Chosen: keeps a step within the linear range."""
 _POSE = [0, 1, 2]
 _TINY = 1e-12
-_BEHIND_M = 0.06
-"""An LED at most this deep is not in front of the camera: just above the model's minimum."""
 
 
 ComplexArray = NDArray[np.complex128]
@@ -173,7 +172,7 @@ def solve_poses(
     jacobian = _pose_jacobian(projection, offsets_m)
     residuals = (measured_px - projection.pixels_px).reshape(len(poses), -1, 1)
     chi2 = (residuals.swapaxes(1, 2) @ weights @ residuals)[:, 0, 0]
-    chi2[(projection.depth_m <= _BEHIND_M).any(axis=1) | ~np.isfinite(chi2)] = np.inf
+    chi2[(projection.depth_m <= BEHIND_M).any(axis=1) | ~np.isfinite(chi2)] = np.inf
     return Solutions(poses, chi2, jacobian.swapaxes(1, 2) @ weights @ jacobian)
 
 

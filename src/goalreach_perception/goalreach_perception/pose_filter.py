@@ -32,7 +32,6 @@ from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
 from goalreach_perception.measurement_prediction import (
     Prediction,
-    View,
     add_to_diagonal,
     compute_innovation,
     offsets_from,
@@ -226,9 +225,11 @@ class PoseFilter:
         """
         x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
-        view = View(azimuth, joints.tilt_rad + tilt_bias, lens, focal)
+        fx, fy, cx, cy = lens.intrinsics
+        intrinsics_px = fx * (1.0 + focal), fy * (1.0 + focal), cx, cy
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-        predicted = predict_leds(self.led_offsets_m, view, first_m)
+        axis_rad = azimuth, joints.tilt_rad + tilt_bias
+        predicted = predict_leds(self.led_offsets_m, first_m, axis_rad, intrinsics_px)
         jacobian, depth_m = predicted.by_state, predicted.depth_m
         cross = self.covariance.dot(jacobian.T)
         encoders = predicted.by_head * self._encoder_sigma_rad
@@ -237,7 +238,7 @@ class PoseFilter:
             variances = self.covariance.diagonal().tolist()
             spread_m2 = variances[0] + variances[1], variances[HEIGHT]
             neglected = second_order_variances_px2(
-                depth_m, lens.intrinsics[0], spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
+                depth_m, fx, spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
             )
             add_to_diagonal(noise, neglected)
         covariance = jacobian.dot(cross) + noise

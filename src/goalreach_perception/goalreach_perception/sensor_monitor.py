@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth, points_in_camera
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.detection import SpotDetector
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 
@@ -51,11 +50,7 @@ class SensorMonitor:
     def __init__(self, config: LocalizerConfig) -> None:
         self._leds_m = config.landmark_array_m
         self._height_m = config.camera_height_m
-        self._detector = SpotDetector(
-            config.detection,
-            spot_sigma_px=config.noise.spot_sigma_px,
-            read_noise_dn=config.noise.read_noise_dn,
-        )
+        self._detector = config.spot_detector()
         self._missing = [0] * len(self._leds_m)
         self._spurious_scans = 0
         self._frames = 0
@@ -135,10 +130,8 @@ class SensorMonitor:
 
     def _expected(self, pose: Pose2, joints: HeadAngles, camera: PinholeCamera) -> FloatArray:
         centre_m = np.array([pose.x_m, pose.y_m, self._height_m])
-        azimuth_rad = camera_azimuth(pose.heading_rad, joints)
-        return camera.project(
-            points_in_camera(self._leds_m, centre_m, azimuth_rad, joints.tilt_rad)
-        )
+        azimuth_rad, tilt_rad = camera_azimuth(pose.heading_rad, joints), joints.tilt_rad
+        return camera.project(points_in_camera(self._leds_m, centre_m, azimuth_rad, tilt_rad))
 
     def _dark(
         self, pixels: FloatArray, camera: PinholeCamera, output: LocalizerOutput
