@@ -7,16 +7,12 @@ import pytest
 from goalreach_learning.kinematic_drive import blended_track, crisp_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.regions import RegionMap, memberships
+from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2, Region
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]
 REGIONS = RegionMap()
 X1, Y1 = 1.1811, 1.6891
-
-
-def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    return memberships(x_m, REGIONS.x_knots_m), memberships(y_m, REGIONS.y_knots_m)
 
 
 def at(x_m: float, y_m: float) -> Pose2:
@@ -42,13 +38,8 @@ def test_an_endless_path_is_truncated(arena: Arena, make_policy: PolicyMaker) ->
 
 
 def test_blended_track_bends_into_the_goal(arena: Arena, make_policy: PolicyMaker) -> None:
-    track = blended_track(
-        arena,
-        make_policy({(0, 1): 0, (1, 1): 6}),
-        at(0.5, 2.5),
-        mode='fuzzy',
-        memberships=fuzzy_state,
-    )
+    policy = make_policy({(0, 1): 0, (1, 1): 6})
+    track = blended_track(arena, policy, at(0.5, 2.5), mode='fuzzy')
     assert track.outcome is PathOutcome.GOAL
     steps = np.diff(track.points_m, axis=0)
     turns = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
@@ -62,14 +53,7 @@ def test_blended_tracks_keep_their_distance_from_walls(
 ) -> None:
     for x_m in np.linspace(0.24, arena.width_m - 0.24, 9):
         for y_m in np.linspace(0.24, arena.length_m - 0.24, 13):
-            track = blended_track(
-                arena,
-                learned,
-                at(x_m, y_m),
-                mode=mode,
-                memberships=fuzzy_state,
-                step_m=0.02,
-            )
+            track = blended_track(arena, learned, at(x_m, y_m), mode=mode, step_m=0.02)
             assert track.outcome is PathOutcome.GOAL
             sizes = np.array([arena.width_m, arena.length_m])
             gaps = np.minimum(track.points_m, sizes - track.points_m).min(axis=1)

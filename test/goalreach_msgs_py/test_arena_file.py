@@ -80,8 +80,8 @@ def test_starts_along_the_border_leave_the_goal_out(tmp_path: Path) -> None:
     [
         ('width_m', math.nan, 'width_m = nan: must be a finite number'),
         ('width_m', 10**400, 'width_m = 1000'),
-        ('width_m', True, 'width_m = True: must be a number'),
-        ('width_m', '4 m', "width_m = '4 m': must be a number"),
+        ('width_m', True, 'width_m = True: must be a finite number'),
+        ('width_m', '4 m', "width_m = '4 m': must be a finite number"),
         ('width_m', 0.5, 'width_m = 0.5: must be more than 0.9 m'),
         ('length_m', 1e4, 'length_m = 10000.0: must be more than'),
         ('name', '', "name = '': must be a text of one line"),
@@ -99,7 +99,7 @@ def test_starts_along_the_border_leave_the_goal_out(tmp_path: Path) -> None:
         ('regions.x_borders_m', [1.0, 4.5], 'regions.x_knots_m = '),
         ('regions.x_borders_m', [1.0], 'regions.x_borders_m = [1.0]: must be a list of 2'),
         ('regions.transition_width_m', -0.1, 'regions.x_knots_m = '),
-        ('regions.transition_width_m', None, 'regions.transition_width_m = None: must be a num'),
+        ('regions.transition_width_m', None, 'regions.transition_width_m = None: must be a fin'),
         ('regions.goal', 'MIDDLE', "regions.goal = 'MIDDLE': must be one of LEFT-SIDE"),
         ('regions.goal', 4, 'regions.goal = 4: must be a region'),
         ('regions.gaol', 'x', "regions.gaol = 'x': must be left out"),
@@ -120,7 +120,7 @@ def test_starts_along_the_border_leave_the_goal_out(tmp_path: Path) -> None:
         ('starts', {'edge': 3}, 'starts.edge = 3: must be left out'),
         ('starts.0', [1.0, 2.0, 0.0], 'starts[0] = [1.0, 2.0, 0.0]: must be a mapping'),
         ('starts.0.x_m', 0.1, 'starts[0] = (0.1, 2.0): must be on the free floor'),
-        ('starts.0.x_m', 'left', "starts[0].x_m = 'left': must be a number"),
+        ('starts.0.x_m', 'left', "starts[0].x_m = 'left': must be a finite number"),
         ('starts.0.heading_deg', math.nan, 'starts[0].heading_deg = nan: must be a finite'),
     ],
 )

@@ -15,7 +15,6 @@ def test_a_set_is_handed_out_when_complete_whatever_the_order() -> None:
     assert join.add('b', 8, 'B8') is None
     assert join.add('a', 7, 'A7') == {'a': 'A7', 'b': 'B7'}
     assert join.add('a', 8, 'A8') == {'a': 'A8', 'b': 'B8'}
-    assert join.last_stamp_ns == 8
 
 
 def test_older_than_the_last_set_is_dropped() -> None:

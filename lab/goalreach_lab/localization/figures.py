@@ -33,7 +33,7 @@ _PLACE: dict[str, Any] = {'marker': 's', 's': 150, 'linewidths': 0, 'zorder': 2}
 
 def _map(found: Mapping[str, Any], values: FloatArray, title: str, label: str) -> Figure:
     """Return the arena with a coloured square at each place."""
-    figure, axes = arena_figure(Arena(), title)
+    figure, axes = arena_figure(Arena(), title, borders=False)
     x, y = ([to_inches(metres) for metres in found[name]] for name in ('x_m', 'y_m'))
     squares = axes.scatter(x, y, c=values, cmap='viridis', **_PLACE)
     figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label=label)

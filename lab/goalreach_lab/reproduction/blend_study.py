@@ -17,7 +17,6 @@ from goalreach_learning.kinematic_drive import blended_track
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
-from goalreach_msgs_py.regions import memberships
 from goalreach_msgs_py.values import PathOutcome
 
 BLENDS: Final = ('fuzzy', 'fuzzy-eq3', 'fuzzy-as-printed')
@@ -53,8 +52,7 @@ def _measure(case: Case, *, seed: int) -> Result:
     blend, seeds, arena = case['blend'], RunSeeds.spawn(seed), Arena()
     policy = choose_policy(None, arena, seeds.training)
     starts = random_starts(arena, case['starts'], np.random.default_rng(seeds.starts))
-    state = functools.partial(_fuzzy_state, policy)
-    tracks = (blended_track(arena, policy, s, mode=blend, memberships=state) for s in starts)
+    tracks = (blended_track(arena, policy, start, mode=blend) for start in starts)
     return {
         **_largest_jump(arena, policy, blend),
         'goal': sum(track.outcome is PathOutcome.GOAL for track in tracks),
@@ -62,15 +60,8 @@ def _measure(case: Case, *, seed: int) -> Result:
     }
 
 
-def _fuzzy_state(
-    policy: Policy, x_m: float, y_m: float
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    regions = policy.regions
-    return memberships(x_m, regions.x_knots_m), memberships(y_m, regions.y_knots_m)
-
-
 def _heading(policy: Policy, mode: str, x_m: float, y_m: float) -> float | None:
-    return blend_heading(mode, *_fuzzy_state(policy, x_m, y_m), policy)
+    return blend_heading(mode, *policy.regions.memberships_at(x_m, y_m), policy)
 
 
 def _free(length_m: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:

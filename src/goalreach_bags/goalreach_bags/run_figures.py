@@ -21,7 +21,6 @@ from goalreach_evaluation.figures.arena_axes import (
     VERMILION,
     add_legend,
     arena_figure,
-    draw_borders,
     to_inches,
 )
 from goalreach_msgs_py.angles import INCH_M
@@ -58,7 +57,6 @@ def _broken(series: RunSeries, values: Floats) -> Floats:
 
 def _path(series: RunSeries) -> Figure:
     figure, axes = arena_figure(series.arena, 'Path driven')
-    draw_borders(axes, series.arena)
     for values, colour, style in ((series.truth, BLUE, '-'), (series.estimate, VERMILION, '--')):
         x, y = (_broken(series, values[:, k] / INCH_M) for k in (0, 1))
         axes.plot(x, y, style, color=colour, linewidth=1.3, zorder=5)

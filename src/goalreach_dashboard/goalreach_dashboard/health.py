@@ -78,7 +78,6 @@ class GraphHealth:
     """
 
     def __init__(self, topics_of: Mapping[str, tuple[str, ...]]) -> None:
-        """Start without topics."""
         self._topics_of = dict(topics_of)
         self._responded_s: dict[str, float] = {}
         self._down_s: dict[str, float] = {}

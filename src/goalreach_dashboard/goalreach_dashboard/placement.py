@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import math
-from typing import Any, Final
+from typing import Final
 
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.parameters import is_number
 from goalreach_msgs_py.values import Pose2
 
 _MAX_SPEED: Final = 100.0
@@ -75,12 +76,12 @@ def checked_choice(name: str, value: object, choices: tuple[str, ...]) -> str:
     return value
 
 
-def checked_number(name: str, value: Any) -> float:  # noqa: ANN401 - whatever a browser sends
+def checked_number(name: str, value: object) -> float:
     """Return a finite number.
 
     Raises:
         ConfigurationError: It is not one.
     """
-    if type(value) not in (int, float) or not math.isfinite(value):
+    if not is_number(value):
         raise ConfigurationError(name, value, 'a finite number')
     return float(value)

@@ -28,7 +28,6 @@ class Trail:
     """
 
     def __init__(self, length_m: float) -> None:
-        """Start empty."""
         self._length_m = length_m
         self.clear()
 
@@ -73,7 +72,6 @@ class PoseHistory:
     """
 
     def __init__(self, length_m: float) -> None:
-        """Start empty."""
         self.truth: Pose2 | None = None
         self.truth_ns = 0
         self.estimate: PoseEstimate | None = None

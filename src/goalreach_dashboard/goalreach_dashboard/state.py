@@ -58,7 +58,6 @@ class PathStatistics:
     """
 
     def __init__(self) -> None:
-        """Start with no path."""
         self.outcomes: Counter[str] = Counter()
         self.last: Transition | None = None
         self.curve: list[tuple[int, float]] = []
@@ -145,7 +144,6 @@ class PageState:
     paused_ns: int | None = None
 
     def __post_init__(self) -> None:
-        """Start without poses."""
         self.poses = PoseHistory(self.arena.length_m)
 
     def restart(self) -> None:

@@ -98,7 +98,6 @@ class InProcessDrive:
     frames: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        """Build simulator, localizer, state estimator and controller."""
         simulator_seed, controller_seed = self.seed.spawn(2)
         self._simulator = Simulator(
             self.simulator or SimulatorConfig.for_arena(self.arena, self.noise),

@@ -51,17 +51,8 @@ class PathResult:
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as JSON-ready values; the start as [x_m, y_m, heading_rad]."""
-        return {
-            'start': [self.start.x_m, self.start.y_m, self.start.heading_rad],
-            'outcome': self.outcome,
-            'duration_s': self.duration_s,
-            'length_m': self.length_m,
-            'turning_rad': self.turning_rad,
-            'max_heading_step_rad': self.max_heading_step_rad,
-            'pose_error_m': self.pose_error_m,
-            'heading_error_rad': self.heading_error_rad,
-            'trace': [list(point) for point in self.trace],
-        }
+        start = [self.start.x_m, self.start.y_m, self.start.heading_rad]
+        return vars(self) | {'start': start, 'trace': [list(point) for point in self.trace]}
 
 
 def error_statistics(errors: Sequence[float]) -> dict[str, float]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from goalreach_evaluation.path_metrics import OUTCOMES, PathResult
 from goalreach_msgs_py.errors import FileFormatError, one_line_repr
-from goalreach_msgs_py.files import write_text_atomically
+from goalreach_msgs_py.files import read_json, write_text_atomically
 from goalreach_msgs_py.values import FloatArray
 
 
@@ -94,13 +94,7 @@ def read_recorded_run(path: Path | str) -> RecordedRun:
     Raises:
         FileFormatError: The file cannot be read, is not such a file, or has no traced path.
     """
-    try:
-        document = json.loads(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(path, f'is not JSON: {error}') from None
-    return recorded_run(document, path)
+    return recorded_run(read_json(path), path)
 
 
 def recorded_run(document: object, name: object = 'summary') -> RecordedRun:

@@ -17,7 +17,7 @@ from goalreach_learning.environment import OptionEnvironment
 from goalreach_learning.task import ACTION_COUNT, BUMP_REWARD, GOAL_REWARD
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import memberships, region_name
+from goalreach_msgs_py.regions import region_name
 
 ENVIRONMENT_ID: Final = 'goalreach/GoalReach-v0'
 OBSERVATIONS: Final = ('region', 'memberships', 'pose')
@@ -169,8 +169,7 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
             index: np.int64 = np.int64(3 * self._region[0] + self._region[1])
             return index
         if self._kind == 'memberships':
-            mu_x = memberships(self._x_m, regions.x_knots_m)
-            mu_y = memberships(self._y_m, regions.y_knots_m)
+            mu_x, mu_y = regions.memberships_at(self._x_m, self._y_m)
             degrees: NDArray[np.float32] = np.array([*mu_x, *mu_y], dtype=np.float32)
             return degrees
         share = (self._x_m / self._arena.width_m, self._y_m / self._arena.length_m)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 import math
 from typing import Final
@@ -14,9 +13,6 @@ from goalreach_learning.environment import OptionEnvironment
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2
-
-Memberships = Callable[[float, float], tuple[tuple[float, ...], tuple[float, ...]]]
-"""Maps a position (x, y), metres, to the memberships (3,) of x and (3,) of y."""
 
 MAX_OPTIONS: Final = 30
 """Options after which a path counts as endless; chosen, nine regions need far fewer."""
@@ -87,13 +83,7 @@ def greedy_successes(
 
 
 def blended_track(
-    arena: Arena,
-    policy: Policy,
-    start: Pose2,
-    *,
-    mode: str,
-    memberships: Memberships,
-    step_m: float = 0.01,
+    arena: Arena, policy: Policy, start: Pose2, *, mode: str, step_m: float = 0.01
 ) -> Track:
     """Return the path along the blended headings, as in the paper's Fig. 6.
 
@@ -102,7 +92,6 @@ def blended_track(
         policy: The policy.
         start: First point; the heading is not used.
         mode: One of `blending.MODES`.
-        memberships: The fuzzy state of a position.
         step_m: Distance after which the heading is computed again, metres.
     """
     regions = policy.regions
@@ -114,7 +103,7 @@ def blended_track(
         if regions.region_at(x_m, y_m) == regions.goal:
             outcome = PathOutcome.GOAL
             break
-        blended = blend_heading(mode, *memberships(x_m, y_m), policy)
+        blended = blend_heading(mode, *regions.memberships_at(x_m, y_m), policy)
         heading_rad = heading_rad if blended is None else blended
         if heading_rad is None:
             break

@@ -52,7 +52,6 @@ class MissionConfig(Configuration):
     seed: int = parameter(0, 'Seed of action selection while learning', within=(0, 2**31 - 1))
 
     def __post_init__(self) -> None:
-        """Check every field."""
         super().__post_init__()
         if len(self.starts) % _NUMBERS_PER_START:
             raise ConfigurationError('starts', self.starts, 'three numbers for each start')

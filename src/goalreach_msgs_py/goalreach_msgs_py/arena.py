@@ -137,7 +137,6 @@ class Arena:
     name: str = 'paper'
 
     def __post_init__(self) -> None:
-        """Check the arena as a whole."""
         for name in ('width_m', 'length_m'):
             check_size(name, getattr(self, name))
         self._check_landmarks()

@@ -32,6 +32,7 @@ import yaml
 from goalreach_msgs_py.arena import Arena, check_size, paper_starts
 from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, GoalreachError, one_line
 from goalreach_msgs_py.files import read_yaml
+from goalreach_msgs_py.parameters import numbers_of
 from goalreach_msgs_py.regions import RegionMap, parse_region
 from goalreach_msgs_py.values import Pose2
 
@@ -107,7 +108,7 @@ def _size(value: object, name: str) -> float:
 def _leds(value: object) -> tuple[tuple[float, ...], ...]:
     if not isinstance(value, list):
         raise ConfigurationError('leds_m', value, 'a list of [x, y, z]')
-    return tuple(_numbers(led, f'leds_m[{index}]', 3) for index, led in enumerate(value))
+    return tuple(numbers_of(led, (3,), f'leds_m[{index}]') for index, led in enumerate(value))
 
 
 def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
@@ -118,11 +119,11 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
     if not isinstance(goal, str):
         raise ConfigurationError('regions.goal', goal, 'a region such as FRONT/NEAR')
     if names is _KNOTS:
-        x_knots_m, y_knots_m = (_numbers(fields[n], f'regions.{n}', 6) for n in _KNOTS)
+        x_knots_m, y_knots_m = (numbers_of(fields[n], (6,), f'regions.{n}') for n in _KNOTS)
     else:
         width_m = _number(fields[_BORDERS[2]], f'regions.{_BORDERS[2]}')
         x_knots_m, y_knots_m = (
-            _knots(_numbers(fields[name], f'regions.{name}', 2), width_m, size_m)
+            _knots(numbers_of(fields[name], (2,), f'regions.{name}'), width_m, size_m)
             for name, size_m in zip(_BORDERS, sizes_m, strict=False)
         )
     try:
@@ -180,15 +181,5 @@ def _mapping(value: object, place: str, names: tuple[str, ...]) -> Mapping[str, 
     return value
 
 
-def _numbers(value: object, place: str, length: int) -> tuple[float, ...]:
-    if not isinstance(value, list) or len(value) != length:
-        raise ConfigurationError(place, value, f'a list of {length} numbers')
-    return tuple(_number(number, f'{place}[{index}]') for index, number in enumerate(value))
-
-
 def _number(value: object, place: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ConfigurationError(place, value, 'a number')
-    if not abs(value) < 1e9:  # noqa: PLR2004 - refuses NaN, infinity and what no float holds
-        raise ConfigurationError(place, value, 'a finite number')
-    return float(value)
+    return numbers_of(value, (), place)[0]

@@ -48,7 +48,6 @@ class PinholeCamera:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check sizes, focal lengths, principal point and distortion."""
         for name in ('width_px', 'height_px', 'fx_px', 'fy_px'):
             value = getattr(self, name)
             if not _MINIMUM_PX <= value <= _MAXIMUM_PX:

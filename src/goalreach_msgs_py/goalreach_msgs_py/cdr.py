@@ -67,7 +67,6 @@ class CdrWriter:
     """
 
     def __init__(self, stamp_ns: int | None = None, frame_id: str | None = None) -> None:
-        """Begin with the stamp and the frame."""
         self._raw = bytearray(_LITTLE_ENDIAN)
         if stamp_ns is not None:
             self._raw += _STAMP.pack(*divmod(stamp_ns, _NS_PER_S))
@@ -124,7 +123,6 @@ class CdrReader:
     """
 
     def __init__(self, raw: bytes, *, has_header: bool = True) -> None:
-        """Begin after the header."""
         layout = _LAYOUTS.get(raw[:2])
         if layout is None:
             raise MessageError(f'a message of {len(raw)} bytes that is not plain CDR')
@@ -206,11 +204,6 @@ class CdrReader:
             raise MessageError('a text that is not UTF-8') from None
         self._at = at
         return texts
-
-    def stamp(self) -> int:
-        """Return a stamp, nanoseconds."""
-        sec, nanosec = self.numbers('iI')
-        return int(sec * _NS_PER_S + nanosec)
 
     def _truncated(self) -> MessageError:
         return MessageError(f'a message of {len(self._raw)} bytes, which is too short')

@@ -75,4 +75,4 @@ class FileFormatError(GoalreachError):
 
 
 class CommandError(GoalreachError):
-    """A topic, node, type, value or service that does not exist or does not match."""
+    """A topic, node, type, value or service that does not exist, does not match or refuses."""

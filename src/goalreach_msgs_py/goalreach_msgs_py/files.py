@@ -1,8 +1,9 @@
-"""Files: atomic writing, checks before work begins, safe loading of untrusted YAML."""
+"""Files: atomic writing, checks before work begins, safe loading of untrusted YAML and JSON."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 from pathlib import Path
 import tempfile
@@ -75,6 +76,20 @@ def write_bytes_atomically(path: str | Path, content: bytes) -> None:
         with contextlib.suppress(OSError):
             Path(temporary).unlink()
         raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
+
+
+def read_json(path: str | Path) -> Any:  # noqa: ANN401
+    """Return the document of an untrusted JSON file.
+
+    Raises:
+        FileFormatError: The file cannot be read or is not JSON.
+    """
+    try:
+        return json.loads(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(path, f'is not JSON: {error}') from None
 
 
 def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any:  # noqa: ANN401

@@ -42,17 +42,11 @@ class StampSynchronizer:
     """
 
     def __init__(self, names: Sequence[str], *, depth: int = 16) -> None:
-        """Start with nothing collected."""
         self._names = tuple(names)
         self._depth = depth
         self._pending: dict[int, dict[str, Any]] = {}
         self._last_stamp_ns: int | None = None
         self.missing = dict.fromkeys(self._names, 0)
-
-    @property
-    def last_stamp_ns(self) -> int | None:
-        """Stamp of the last complete set, or None before the first."""
-        return self._last_stamp_ns
 
     def add(self, name: str, stamp_ns: int, value: object) -> Mapping[str, Any] | None:
         """Add one input; return the set when it is complete.

@@ -6,11 +6,13 @@ field as a ROS parameter) and the documents. Nested dataclasses become dotted na
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import dataclasses
 from dataclasses import dataclass
-import math
-from typing import Any, TypeVar, cast
+import itertools
+from operator import attrgetter
+import sys
+from typing import Any, TypeGuard, TypeVar, cast
 
 from goalreach_msgs_py.errors import ConfigurationError
 
@@ -67,12 +69,9 @@ def parameter(
         choices: The accepted strings.
         length: Number of elements of a tuple.
     """
+    low, high = within
     info = ParameterInfo(
-        description=description,
-        minimum=within[0],
-        maximum=within[1],
-        choices=choices,
-        length=length,
+        description=description, minimum=low, maximum=high, choices=choices, length=length
     )
     return dataclasses.field(default=default, metadata={_KEY: info})
 
@@ -88,7 +87,6 @@ class Configuration:
     """
 
     def __post_init__(self) -> None:
-        """Check every field."""
         for field in dataclasses.fields(cast('Any', self)):
             info = field.metadata.get(_KEY)
             if info is not None:
@@ -118,13 +116,40 @@ def check_number(name: str, value: object, info: ParameterInfo, *, integer: bool
         ConfigurationError: It is not.
     """
     kind = 'a whole number' if integer else 'a number'
-    accepted = (int,) if integer else (int, float)
-    if isinstance(value, bool) or not isinstance(value, accepted) or not _is_finite(value):
+    if not is_number(value) or (integer and not isinstance(value, int)):
         raise ConfigurationError(name, value, info.allowed(kind))
     low = info.minimum is not None and value < info.minimum
     high = info.maximum is not None and value > info.maximum
     if low or high:
         raise ConfigurationError(name, value, info.allowed(kind))
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a finite number that fits a float, and no truth value."""
+    is_real = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return is_real and abs(cast('float', value)) <= sys.float_info.max
+
+
+def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, ...]:
+    """Return the numbers of nested lists of a document in order.
+
+    Args:
+        value: The part of the document.
+        shape: Lengths of the lists, the outermost first; empty for one number.
+        place: Its name, for messages.
+
+    Raises:
+        ConfigurationError: A list has another length, or an element is no finite number.
+    """
+    if not shape:
+        if not is_number(value):
+            raise ConfigurationError(place, value, 'a finite number')
+        return (float(value),)
+    if not isinstance(value, list) or len(value) != shape[0]:
+        kind = 'lists' if len(shape) > 1 else 'numbers'
+        raise ConfigurationError(place, value, f'a list of {shape[0]} {kind}')
+    parts = (numbers_of(part, shape[1:], f'{place}[{k}]') for k, part in enumerate(value))
+    return tuple(itertools.chain.from_iterable(parts))
 
 
 def parameter_infos(cls: type[object], prefix: str = '') -> dict[str, ParameterInfo]:
@@ -138,16 +163,9 @@ def parameter_infos(cls: type[object], prefix: str = '') -> dict[str, ParameterI
     return infos
 
 
-def flatten_config(config: object, prefix: str = '') -> dict[str, Any]:
+def flatten_config(config: object) -> dict[str, Any]:
     """Return the values of a configuration by dotted name, nested dataclasses opened."""
-    values: dict[str, Any] = {}
-    for field in dataclasses.fields(cast('Any', config)):
-        value = getattr(config, field.name)
-        if _KEY in field.metadata:
-            values[prefix + field.name] = value
-        elif dataclasses.is_dataclass(value):
-            values.update(flatten_config(value, f'{prefix}{field.name}.'))
-    return values
+    return {name: attrgetter(name)(config) for name in parameter_infos(type(config))}
 
 
 def build_config(cls: type[ConfigT], values: Mapping[str, Any], prefix: str = '') -> ConfigT:
@@ -187,17 +205,5 @@ def _coerce(value: object, default: object) -> object:
 
 
 def _as_float(value: object) -> object:
-    """Return a whole number as a float, where it fits one; all else as it is."""
-    if type(value) is not int:
-        return value
-    try:
-        return float(value)
-    except OverflowError:
-        return value
-
-
-def _is_finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number that fits no float
-        return False
+    """Return a number as a float; all else as it is."""
+    return float(value) if is_number(value) else value

@@ -106,21 +106,6 @@ def path_to_raw(poses: Sequence[tuple[int, Pose2]], stamp_ns: int) -> bytes:
     return writer.raw()
 
 
-def path_from_raw(raw: bytes) -> tuple[tuple[int, Pose2], ...]:
-    """Return the (stamp in ns, pose) pairs of a nav_msgs/Path.
-
-    Raises:
-        MessageError: A number is not finite or an orientation is no rotation.
-    """
-    reader = CdrReader(raw)
-    poses = []
-    for _ in range(reader.count(least=64)):
-        stamp_ns = reader.stamp()
-        reader.skip_text()
-        poses.append((stamp_ns, _pose(reader.numbers(_POSE))))
-    return tuple(poses)
-
-
 def pose_numbers(pose: Pose2) -> tuple[float, ...]:
     """Return the numbers of a geometry_msgs/Pose: x, y, z and the quaternion x, y, z, w."""
     half_rad = pose.heading_rad / 2.0

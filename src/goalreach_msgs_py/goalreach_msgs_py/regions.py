@@ -74,7 +74,6 @@ class RegionMap:
     goal: Region = GOAL_REGION
 
     def __post_init__(self) -> None:
-        """Check what the type system cannot."""
         for name in ('x_knots_m', 'y_knots_m'):
             knots = getattr(self, name)
             finite = len(knots) == _KNOTS and all(math.isfinite(k) for k in knots)
@@ -105,6 +104,12 @@ class RegionMap:
             int(x_m >= x_borders[1]) + int(x_m >= x_borders[2]),
             int(y_m >= y_borders[1]) + int(y_m >= y_borders[2]),
         )
+
+    def memberships_at(
+        self, x_m: float, y_m: float
+    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Return the memberships of a point: of x in the columns, of y in the rows."""
+        return memberships(x_m, self.x_knots_m), memberships(y_m, self.y_knots_m)
 
     def bounds(self, region: Region) -> tuple[float, float, float, float]:
         """Return x_min, y_min, x_max, y_max of a region, metres."""

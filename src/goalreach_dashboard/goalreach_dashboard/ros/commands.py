@@ -17,17 +17,13 @@ from std_srvs.srv import SetBool, Trigger
 from goalreach_dashboard.placement import checked_choice, checked_speed
 from goalreach_dashboard.state import PageState
 from goalreach_learning.blending import MODES
-from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER, PAUSE_SERVICE, RESET_SERVICE, ROBOT
 from goalreach_msgs_py.values import Pose2
 
 _TIMEOUT_S: Final = 3.0
 _POLL_S: Final = 0.02
-
-
-class CommandError(GoalreachError):
-    """A node refused a command or did not respond; the text is the reason."""
 
 
 class GraphCommands:
@@ -45,7 +41,6 @@ class GraphCommands:
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
-        """Make the clients."""
         self._state = state
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
         self._reset = node.create_client(Trigger, RESET_SERVICE)

@@ -39,7 +39,6 @@ class GraphClient:
     """
 
     def __init__(self, arena: Arena) -> None:
-        """Join the graph."""
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self.state = PageState(arena=arena)
         self._nodes = [

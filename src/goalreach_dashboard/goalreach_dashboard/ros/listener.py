@@ -73,7 +73,6 @@ class GraphListener:
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
-        """Subscribe to transitions and Q-table."""
         self._node = node
         self._state = state
         self._transitions = PolledSubscription(

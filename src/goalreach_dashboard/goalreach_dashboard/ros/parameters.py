@@ -43,7 +43,6 @@ class ParameterPoller:
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
-        """Make the clients."""
         self._state = state
         self._clients: dict[str, Client[Any, Any]] = {
             name: node.create_client(GetParameters, f'/{name}/get_parameters') for name in NODES

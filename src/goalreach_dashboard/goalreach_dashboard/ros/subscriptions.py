@@ -52,7 +52,6 @@ class PolledSubscription:
     """
 
     def __init__(self, node: Node, message_type: type[Any], topic: str, qos: QoSProfile) -> None:
-        """Subscribe."""
         self.topic = topic
         self.number = 0
         self._node = node
@@ -134,7 +133,6 @@ class CameraReader:
     """
 
     def __init__(self, node: Node) -> None:
-        """Subscribe."""
         self._node = node
         self._landmarks: OrderedDict[int, bytes] = OrderedDict()
         self._image: bytes | None = None

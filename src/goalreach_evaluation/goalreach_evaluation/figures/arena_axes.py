@@ -43,14 +43,15 @@ def to_inches(length_m: float) -> float:
     return length_m / INCH_M
 
 
-def arena_figure(arena: Arena, title: str) -> tuple[Figure, Axes]:
-    """Return a figure with walls, goal region and LEDs of an arena, seen from above.
+def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Figure, Axes]:
+    """Return a figure with walls, regions, goal and LEDs of an arena, seen from above.
 
     The goal wall (y = 0) is at the bottom.
 
     Args:
         arena: The arena.
         title: Title.
+        borders: Whether to draw the borders between the regions.
     """
     figure = Figure(figsize=_SIZE_IN, layout='constrained')
     axes = figure.add_subplot()
@@ -69,6 +70,8 @@ def arena_figure(arena: Arena, title: str) -> tuple[Figure, Axes]:
     )
     for x, y, _ in arena.landmarks_m:
         axes.plot(to_inches(x), to_inches(y), zorder=7, **_LED)
+    if borders:
+        _draw_borders(axes, arena)
     return figure, axes
 
 
@@ -121,7 +124,7 @@ def add_legend(axes: Axes, *handles: Artist) -> None:
     legend.set_in_layout(True)
 
 
-def draw_borders(axes: Axes, arena: Arena) -> None:
+def _draw_borders(axes: Axes, arena: Arena) -> None:
     """Draw the borders between the regions as dotted lines, as in the paper."""
     regions = arena.regions
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)

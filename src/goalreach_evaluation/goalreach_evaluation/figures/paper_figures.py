@@ -25,7 +25,6 @@ from goalreach_evaluation.figures.arena_axes import (
     add_legend,
     add_metre_axes,
     arena_figure,
-    draw_borders,
     draw_region_names,
     region_centre_in,
     to_inches,
@@ -38,7 +37,7 @@ from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, memberships
-from goalreach_msgs_py.values import FloatArray, Pose2
+from goalreach_msgs_py.values import FloatArray
 
 _LINES = ((BLUE, '-'), (VERMILION, '--'), (ORANGE, '-.'))
 _SAMPLES = 1001
@@ -100,7 +99,6 @@ def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None)
 def state_space(arena: Arena) -> Figure:
     """Return Fig. 1, "State Space": the nine regions."""
     figure, axes = arena_figure(arena, 'State space: nine regions')
-    draw_borders(axes, arena)
     draw_region_names(axes, arena, size=9)
     add_legend(axes)
     return figure
@@ -117,7 +115,6 @@ def transition_areas(arena: Arena) -> Figure:
         style: dict[str, Any] = {'facecolor': SKY, 'alpha': 0.45, 'edgecolor': 'none', 'zorder': 2}
         axes.add_patch(Rectangle((x_low, 0), x_high - x_low, length, **style))
         axes.add_patch(Rectangle((0, y_low), width, y_high - y_low, **style))
-    draw_borders(axes, arena)
     draw_region_names(axes, arena, size=7.5)
     area = Patch(facecolor=SKY, alpha=0.6, label='transition area')
     add_legend(axes, area)
@@ -158,7 +155,6 @@ def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[
 def optimal_actions(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 2, "Optimal actions learned": one arrow per region."""
     figure, axes = arena_figure(arena, 'Optimal actions learned')
-    draw_borders(axes, arena)
     for i in range(3):
         for j in range(3):
             action = policy.greedy_action((i, j))
@@ -177,37 +173,27 @@ def optimal_actions(arena: Arena, policy: Policy) -> Figure:
 
 def crisp_paths(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 3, "Simulated paths": one optimal action after another."""
-    figure, axes = arena_figure(arena, 'Paths of the optimal actions (crisp, kinematic)')
-    draw_borders(axes, arena)
     tracks = [crisp_track(arena, policy, start) for start in arena.starts]
-    _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
-    return figure
+    return _kinematic_paths(arena, tracks, 'Paths of the optimal actions (crisp, kinematic)')
 
 
 def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
     """Return Fig. 6, "Simulated paths with the fuzzy regions extension"."""
-    figure, axes = arena_figure(arena, f'Paths of the blended actions ({mode}, kinematic)')
-    draw_borders(axes, arena)
+    tracks = [blended_track(arena, policy, start, mode=mode) for start in arena.starts]
+    return _kinematic_paths(arena, tracks, f'Paths of the blended actions ({mode}, kinematic)')
 
-    tracks = [_blended(arena, policy, start, mode) for start in arena.starts]
-    _draw_paths(axes, [(t.points_m, t.outcome.value) for t in tracks])
+
+def _kinematic_paths(arena: Arena, tracks: Sequence[Track], title: str) -> Figure:
+    figure, axes = arena_figure(arena, title)
+    _draw_paths(axes, [(track.points_m, track.outcome.value) for track in tracks])
     return figure
 
 
 def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
     """Return the fuzzy and the crisp track from the start whose fuzzy track is longest."""
-    tracks = {start: _blended(arena, policy, start, 'fuzzy') for start in arena.starts}
+    tracks = {start: blended_track(arena, policy, start, mode='fuzzy') for start in arena.starts}
     start, longest = max(tracks.items(), key=lambda item: item[1].length_m)
     return {'fuzzy': longest, 'crisp': crisp_track(arena, policy, start)}
-
-
-def _blended(arena: Arena, policy: Policy, start: Pose2, mode: str) -> Track:
-    regions = policy.regions
-
-    def fuzzy_state(x_m: float, y_m: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return memberships(x_m, regions.x_knots_m), memberships(y_m, regions.y_knots_m)
-
-    return blended_track(arena, policy, start, mode=mode, memberships=fuzzy_state)
 
 
 def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Figure:
@@ -219,7 +205,6 @@ def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Fi
         mode: How the heading was chosen.
     """
     figure, axes = arena_figure(arena, f'Paths with the full sensor chain ({mode})')
-    draw_borders(axes, arena)
     _draw_paths(axes, [(path.points_m, path.outcome) for path in paths])
     return figure
 

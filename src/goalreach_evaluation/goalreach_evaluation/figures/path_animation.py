@@ -20,7 +20,6 @@ from goalreach_evaluation.figures.arena_axes import (
     VERMILION,
     add_legend,
     arena_figure,
-    draw_borders,
     draw_region_names,
     to_inches,
 )
@@ -91,7 +90,6 @@ def animate(arena: Arena, courses: Sequence[Course], title: str) -> Animation:
         title: Title.
     """
     figure, axes = arena_figure(arena, title)
-    draw_borders(axes, arena)
     draw_region_names(axes, arena, size=7)
     lengths_m = [float(np.hypot(*np.diff(c.points_m, axis=0).T).sum()) for c in courses]
     tracks = [at_constant_speed(c.points_m, max(lengths_m), _FRAMES) for c in courses]

@@ -31,7 +31,6 @@ class ConditionWait:
     """
 
     def __init__(self, node: Node, condition: Callable[[], bool], warning: str) -> None:
-        """Be ready to wait."""
         self._node = node
         self._condition = condition
         self._warning = warning
@@ -71,7 +70,6 @@ class RobotPlacement:
     """
 
     def __init__(self, node: Node) -> None:
-        """Make the clients."""
         self._node = node
         self._parameters = AsyncParameterClient(node, ROBOT)
         self._reset = node.create_client(Trigger, RESET_SERVICE)

@@ -83,7 +83,6 @@ class InputReporter:
     def __init__(
         self, node: Node, required: Iterable[str] = (), missing: Mapping[str, int] | None = None
     ) -> None:
-        """Start the checks."""
         self._node = node
         self._monitor = InputMonitor(required)
         self._missing = missing
@@ -125,7 +124,6 @@ class StampedReply:
     """
 
     def __init__(self) -> None:
-        """Start with an empty reply."""
         self._stamp_ns: int | None = None
         self._sent: list[tuple[Publisher[Any], bytes]] = []
 

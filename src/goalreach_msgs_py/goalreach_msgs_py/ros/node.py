@@ -75,7 +75,6 @@ class Diagnostics:
     """
 
     def __init__(self, node: Node) -> None:
-        """Make the publisher."""
         self._name = node.get_name()
         self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE_QOS)
         self._ticks = 0
@@ -180,7 +179,6 @@ class StopRequest:
     """
 
     def __init__(self) -> None:
-        """Install the handlers."""
         self.requested = False
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._on_signal)

@@ -51,14 +51,12 @@ class NodeConfig(Generic[ConfigT]):
         live: Iterable[str] = (),
         on_change: Callable[[ConfigT], None] | None = None,
     ) -> None:
-        """Declare all fields and build the first configuration."""
         self._cls = cls
         self._on_change = on_change
         self._values: dict[str, Any] = {}
-        infos = parameter_infos(cls)
         defaults = flatten_config(cls())
         live = frozenset(live)
-        for name, info in infos.items():
+        for name, info in parameter_infos(cls).items():
             self._values[name] = _declare(node, name, defaults[name], info, live=name in live)
         self.value: ConfigT = build_config(cls, self._values)
         if live:
