@@ -11,13 +11,14 @@ import dataclasses
 from dataclasses import dataclass
 import itertools
 from operator import attrgetter
-import sys
 from typing import Any, TypeGuard, TypeVar, cast
 
 from goalreach_msgs_py.errors import ConfigurationError
 
 ConfigT = TypeVar('ConfigT')
 _KEY = 'goalreach'
+_LARGEST = 2.0**1023
+"""Largest number accepted: nothing larger than half the range of a float."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,9 +126,9 @@ def check_number(name: str, value: object, info: ParameterInfo, *, integer: bool
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a finite number that fits a float, and no truth value."""
+    """Return whether a value is a finite number that fits a float, and not a bool."""
     is_real = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return is_real and abs(cast('float', value)) <= sys.float_info.max
+    return is_real and abs(cast('float', value)) <= _LARGEST
 
 
 def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, ...]:
