@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 import hashlib
 import itertools
@@ -31,6 +31,7 @@ SENSORS: Final = (
 OUTPUTS: Final = (topics.LANDMARKS, topics.POSE, topics.STATE, topics.HEAD_COMMAND)
 """Outputs of perception and state estimation, each after those it is computed from."""
 
+_Bags = tuple[BagReader, BagReader]
 _Digest = tuple[int, bytes]
 
 
@@ -145,8 +146,9 @@ def compare_bags(
         One comparison per topic, those that differ first, the earliest difference on top.
     """
     names = sorted(name for name in {*first.topics, *second.topics} if includes(name))
-    mine, yours = (_digests(bag, names, times=times) for bag in (first, second))
-    found = [_compare_topic(name, mine[name], yours[name], first, second) for name in names]
+    bags = (first, second)
+    mine, yours = (_digests(bag, names, times=times) for bag in bags)
+    found = [_compare_topic(name, bags, (mine[name], yours[name])) for name in names]
     return sorted(found, key=lambda c: (c.same, c.time_ns or 0, c.topic))
 
 
@@ -159,44 +161,36 @@ def _digests(bag: BagReader, names: Iterable[str], *, times: bool) -> dict[str, 
 
 
 def _compare_topic(
-    name: str,
-    mine: Sequence[_Digest],
-    yours: Sequence[_Digest],
-    first: BagReader,
-    second: BagReader,
+    name: str, bags: _Bags, digests: tuple[list[_Digest], list[_Digest]]
 ) -> TopicComparison:
-    counts = (len(mine), len(yours))
-    types = [bag.topics[name].type_name for bag in (first, second) if name in bag.topics]
+    counts = (len(digests[0]), len(digests[1]))
+    types = [bag.topics[name].type_name for bag in bags if name in bag.topics]
     if len(types) == 1:
         return TopicComparison(topic=name, counts=counts, where='only in one of them', time_ns=0)
     if types[0] != types[1]:
         where = f'{types[0]} in one, {types[1]} in the other'
         return TopicComparison(topic=name, counts=counts, where=where, time_ns=0)
-    for index, (left, right) in enumerate(itertools.zip_longest(mine, yours)):
+    for index, (left, right) in enumerate(itertools.zip_longest(*digests)):
         if left != right:
-            where = _describe(name, index, first, second, (left, right))
-            time_ns = _nth(first if left else second, name, index).time_ns
+            where = _describe(name, index, bags, (left, right))
+            time_ns = _nth(bags[0] if left else bags[1], name, index).time_ns
             return TopicComparison(topic=name, counts=counts, where=where, time_ns=time_ns)
     return TopicComparison(topic=name, counts=counts)
 
 
 def _describe(
-    name: str,
-    index: int,
-    first: BagReader,
-    second: BagReader,
-    pair: tuple[_Digest | None, _Digest | None],
+    name: str, index: int, bags: _Bags, digests: tuple[_Digest | None, _Digest | None]
 ) -> str:
-    left, right = pair
+    left, right = digests
     if left is None or right is None:
         return f'message {index}: only in the {"second" if left is None else "first"}'
-    messages = [_nth(bag, name, index) for bag in (first, second)]
+    messages = [_nth(bag, name, index) for bag in bags]
     where = f'message {index} at {messages[0].time_ns * 1e-9:.3f} s'
     if left[1] == right[1]:
         return f'{where}: received at {messages[1].time_ns * 1e-9:.3f} s in the second'
     values = [
         Decoder([bag.topics[name]]).decode(name, message.data)
-        for bag, message in zip((first, second), messages, strict=True)
+        for bag, message in zip(bags, messages, strict=True)
     ]
     for difference in differences(*values):
         return f'{where}: {difference.field} = {difference.first} and {difference.second}'

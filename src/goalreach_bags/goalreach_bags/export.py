@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 import csv
 from dataclasses import dataclass, field
 import importlib
@@ -25,19 +24,15 @@ class MessageTable:
 
     Attributes:
         max_array: Longest array that becomes columns.
+        rows: Number of messages.
         columns: Values by column; None where a message has no such field.
         left_out: Names of longer arrays, such as the pixels of images.
     """
 
     max_array: int
+    rows: int = 0
     columns: dict[str, list[Cell]] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)
-    _rows: int = 0
-
-    @property
-    def rows(self) -> int:
-        """Number of messages."""
-        return self._rows
 
     def add(self, time_ns: int, message: object) -> None:
         """Add a message.
@@ -52,9 +47,9 @@ class MessageTable:
                 self._put_array(name, value)
             else:
                 self._put(name, value.item() if isinstance(value, np.generic) else value)
-        self._rows += 1
+        self.rows += 1
         for values in self.columns.values():
-            values.extend([None] * (self._rows - len(values)))
+            values.extend([None] * (self.rows - len(values)))
 
     def _put_array(self, name: str, values: np.ndarray[Any, Any]) -> None:
         if values.size > self.max_array:
@@ -65,8 +60,7 @@ class MessageTable:
             self._put(f'{name}[{index}]', value)
 
     def _put(self, name: str, value: Cell) -> None:
-        column = self.columns.setdefault(name, [None] * self._rows)
-        column.append(value)
+        self.columns.setdefault(name, [None] * self.rows).append(value)
 
     def make_numbers(self) -> None:
         """Convert columns of numbers that are texts, as in diagnostics.
@@ -77,10 +71,6 @@ class MessageTable:
             texts = [value for value in values if value is not None]
             if all(isinstance(text, str) and _is_number(text) for text in texts):
                 self.columns[name] = [None if v is None else float(v) for v in values]
-
-    def records(self) -> Iterable[tuple[Cell, ...]]:
-        """Return the rows, in the order of `columns`."""
-        return zip(*self.columns.values(), strict=True)
 
 
 def _is_number(text: str) -> bool:
@@ -104,7 +94,7 @@ def write_table(path: Path, table: MessageTable) -> None:
         text = StringIO()
         writer = csv.writer(text, lineterminator='\n')
         writer.writerow(table.columns)
-        writer.writerows(table.records())
+        writer.writerows(zip(*table.columns.values(), strict=True))
         write_bytes_atomically(path, text.getvalue().encode())
     elif path.suffix == '.parquet':
         write_bytes_atomically(path, _parquet(table))

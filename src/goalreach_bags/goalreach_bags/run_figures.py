@@ -110,18 +110,10 @@ def _memberships(series: RunSeries) -> Figure:
 
 def _headings(series: RunSeries) -> Figure:
     figure, axes = _rows(series, 'Headings and commands', 3)
-    for values, colour, label in (
-        (series.truth, BLUE, 'truth'),
-        (series.estimate, VERMILION, 'estimate'),
-    ):
-        axes[0].plot(
-            series.time_s,
-            values[:, 2] % (2 * np.pi) * _DEGREES,
-            '.',
-            color=colour,
-            markersize=2,
-            label=label,
-        )
+    truth, estimate = (series.truth, BLUE, 'truth'), (series.estimate, VERMILION, 'estimate')
+    for values, colour, label in (truth, estimate):
+        heading_deg = values[:, 2] % (2 * np.pi) * _DEGREES
+        axes[0].plot(series.time_s, heading_deg, '.', color=colour, markersize=2, label=label)
     axes[0].set_ylabel('heading (deg)')
     axes[0].legend(fontsize=8, frameon=False)
     axes[1].plot(series.time_s, series.command[:, 1] * _DEGREES, color=BLACK, linewidth=1.0)

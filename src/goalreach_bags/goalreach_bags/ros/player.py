@@ -14,10 +14,8 @@ import time
 import tty
 from typing import Any, Final
 
-import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rosbags.interfaces import QosDurability
 from rosgraph_msgs.msg import Clock
 
@@ -31,7 +29,7 @@ from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
-from goalreach_msgs_py.ros.node import StopRequest
+from goalreach_msgs_py.ros.node import StopRequest, ros_session
 from goalreach_msgs_py.topics import CLOCK
 
 _NS_PER_S: Final = 1_000_000_000
@@ -298,7 +296,6 @@ class Keyboard:
         return key
 
 
-_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _MS: Final = 1_000_000
 
 
@@ -310,21 +307,14 @@ def replay(options: ReplayOptions) -> str:
     """
     stop, keyboard = StopRequest(), Keyboard()
     label = 'replay (space: pause, s: step, up/down: rate, q: end)'
-    with BagReader(options.bag) as bag:
-        os.environ.setdefault(_PROFILES, fast_dds_profile())
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        player = None
-        try:
-            player = Player(bag, options, lambda: stop.requested, keyboard.key)
-            began_s = time.monotonic()
-            total = player.duration_ns // _MS
-            with (
-                keyboard.listening(),
-                progress_bar(label, total=total, quiet=options.quiet or options.loop) as advance,
-            ):
-                sent = player.play(lambda passed_ns: advance(passed_ns // _MS))
-        finally:
-            if player is not None:
-                player.destroy_node()
-            rclpy.try_shutdown()
+    with BagReader(options.bag) as bag, ros_session(fast_dds_profile()) as closing:
+        player = Player(bag, options, lambda: stop.requested, keyboard.key)
+        closing.callback(player.destroy_node)
+        began_s = time.monotonic()
+        total = player.duration_ns // _MS
+        with (
+            keyboard.listening(),
+            progress_bar(label, total=total, quiet=options.quiet or options.loop) as advance,
+        ):
+            sent = player.play(lambda passed_ns: advance(passed_ns // _MS))
     return f'replayed {sent} messages in {time.monotonic() - began_s:.1f} s: {options.bag}'

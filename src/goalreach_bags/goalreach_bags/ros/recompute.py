@@ -11,11 +11,9 @@ import tempfile
 import time
 from typing import Any, Final
 
-import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 
 from goalreach_bags.compare import OUTPUTS, SENSORS, Recomputation, TopicResult
 from goalreach_bags.decode import Decoder
@@ -30,6 +28,7 @@ from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
+from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
@@ -43,7 +42,6 @@ _INCOMPLETE_STAMPS: Final = 64
 """Stamps whose sensors may be incomplete at a time. Chosen."""
 
 _DEEP_QOS: Final = QoSProfile(depth=100)
-_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 
 
 class SensorFeeder(Node):
@@ -59,19 +57,14 @@ class SensorFeeder(Node):
         self._executor = executor
         self._answers: dict[str, bytes] = {}
         self._stamp_ns = -1
-        self._sensors: dict[str, Any] = {}
-        self._outputs: list[Any] = []
-        for name in SENSORS:
-            topic = bag.topics[name]
-            self._sensors[name] = self.create_publisher(
-                message_class(topic.type_name), name, publisher_profile(topic.offers)
-            )
+        kinds = {name: message_class(bag.topics[name].type_name) for name in (*SENSORS, *OUTPUTS)}
+        profiles = {name: publisher_profile(bag.topics[name].offers) for name in SENSORS}
+        self._sensors: dict[str, Any] = {
+            name: self.create_publisher(kinds[name], name, profiles[name]) for name in SENSORS
+        }
         for name in OUTPUTS:
-            kind = message_class(bag.topics[name].type_name)
             collect = partial(self._collect, name)
-            self._outputs.append(
-                self.create_subscription(kind, name, collect, _DEEP_QOS, raw=True)
-            )
+            self.create_subscription(kinds[name], name, collect, _DEEP_QOS, raw=True)
 
     def connect(self) -> None:
         """Wait until perception is connected; of the bumpers it makes no use.
@@ -83,7 +76,7 @@ class SensorFeeder(Node):
 
         def connected() -> bool:
             return all(publisher.get_subscription_count() for publisher in needed) and all(
-                subscription.get_publisher_count() for subscription in self._outputs
+                subscription.get_publisher_count() for subscription in self.subscriptions
             )
 
         if not self._spin_until(connected, _CONNECT_S):
@@ -183,30 +176,21 @@ def _sensor_sets(
 @contextmanager
 def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeeder]:
     """Run localizer and estimator in this process, with all topics renamed."""
-    os.environ.setdefault(_PROFILES, fast_dds_profile())
-    executor: EventsExecutor | None = None
-    nodes: list[Node] = []
     with tempfile.TemporaryDirectory(prefix='goalreach-') as directory:
         parameters_path = _write_parameters(bag, params_file, Path(directory))
         arguments = ['--ros-args', '--params-file', str(parameters_path)]
         arguments += ['--log-level', 'error', '--disable-external-lib-logs']
         for name in (*SENSORS, *OUTPUTS, '/diagnostics'):
             arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        try:
+        with ros_session(fast_dds_profile(), arguments) as closing:
             executor = EventsExecutor()
             feeder = SensorFeeder(bag, executor)
-            nodes += [feeder, LandmarkLocalizerNode(), StateEstimatorNode()]
-            for node in nodes:
+            for node in (feeder, LandmarkLocalizerNode(), StateEstimatorNode()):
+                closing.callback(node.destroy_node)
                 executor.add_node(node)
+            closing.callback(executor.shutdown)
             feeder.connect()
             yield feeder
-        finally:
-            if executor is not None:
-                executor.shutdown()
-            for node in nodes:
-                node.destroy_node()
-            rclpy.try_shutdown()
 
 
 def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path) -> Path:
@@ -226,10 +210,5 @@ def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path)
     if params_file is not None:
         layers.append(read_parameters(params_file, NODES))
     merged = merge_parameters(*layers)
-    for node in (LOCALIZER, ESTIMATOR):
-        merged.setdefault(node, {})
-    try:
-        write_parameters(path, {node: merged[node] for node in (LOCALIZER, ESTIMATOR)})
-    except OSError as error:
-        raise GoalreachError(f'{path}: cannot be written: {error.strerror}') from None
+    write_parameters(path, {node: merged[node] for node in (LOCALIZER, ESTIMATOR)})
     return path

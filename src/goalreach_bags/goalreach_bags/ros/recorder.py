@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import os
 from pathlib import Path
 import time
 from typing import Final
 
-import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.status import Status
 
@@ -30,7 +27,7 @@ from goalreach_bags.writer import BagWriter
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
-from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher
+from goalreach_msgs_py.ros.node import StopRequest, ros_session, terminate_with_launcher
 from goalreach_msgs_py.topics import CLOCK, RECORDER
 
 _LOCKSTEP_POLL_S: Final = 0.001
@@ -235,9 +232,6 @@ class Recorder(Node):
         )
 
 
-_PROFILES: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-
-
 def record(options: RecordOptions) -> RecordingResult:
     """Record until SIGINT or SIGTERM, or until the time is over.
 
@@ -246,8 +240,6 @@ def record(options: RecordOptions) -> RecordingResult:
     """
     terminate_with_launcher()
     stop = StopRequest()
-    os.environ.setdefault(_PROFILES, DISCOVERY_PROFILE)
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     began_s = time.monotonic()
 
     def is_over() -> bool:
@@ -256,14 +248,10 @@ def record(options: RecordOptions) -> RecordingResult:
 
     console = Console(stderr=True)
     status = Status('recording', console=console)
-    if console.is_terminal:
-        status.start()
-    recorder = None
-    try:
+    with ros_session(DISCOVERY_PROFILE) as closing:
+        closing.callback(status.stop)
+        if console.is_terminal:
+            status.start()
         recorder = Recorder(options)
+        closing.callback(recorder.destroy_node)
         return recorder.record(is_over, status.update)
-    finally:
-        status.stop()
-        if recorder is not None:
-            recorder.destroy_node()
-        rclpy.try_shutdown()

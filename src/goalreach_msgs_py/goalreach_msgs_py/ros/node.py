@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 import ctypes
 import gc
 import os
@@ -145,6 +146,26 @@ def run_nodes(
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+@contextmanager
+def ros_session(profile: str, arguments: Sequence[str] = ()) -> Iterator[ExitStack]:
+    """Initialise rclpy for a tool that runs its own loop, without rclpy's signal handlers.
+
+    Args:
+        profile: Path of the Fast DDS profile, used unless the environment sets another.
+        arguments: Command line for rclpy.
+
+    Yields:
+        A stack for callbacks that clean up before rclpy is shut down.
+    """
+    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', profile)
+    rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with ExitStack() as stack:
+            yield stack
+    finally:
+        rclpy.try_shutdown()
 
 
 def _flush(nodes: Sequence[Node]) -> None:
