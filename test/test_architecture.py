@@ -238,10 +238,10 @@ def test_cycle_is_found() -> None:
 
 
 def test_long_modules_and_functions_are_found() -> None:
-    function = 'def f():\n' + 60 * '    pass\n'
+    function = 'def f():\n' + 40 * '    pass\n'
 
-    assert check_size(_sim(function)) == ['goalreach_sim.robot.f has 61 lines']
-    assert check_size(_sim(501 * '\n')) == ['goalreach_sim.robot has 501 lines']
+    assert check_size(_sim(function)) == ['goalreach_sim.robot.f has 41 lines']
+    assert check_size(_sim(401 * '\n')) == ['goalreach_sim.robot has 401 lines']
     assert check_size(_sim(function[:-9] + 100 * '\n')) == []
 
 

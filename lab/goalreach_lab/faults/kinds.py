@@ -106,7 +106,7 @@ def _of_messages() -> list[FaultKind]:
     ]
 
 
-def _of_sensors() -> list[FaultKind]:
+def _of_leds() -> list[FaultKind]:
     return [
         FaultKind(name='all LEDs dark', act='dark', amount=3.0, report_pattern=_NO_LED),
         FaultKind(
@@ -124,6 +124,11 @@ def _of_sensors() -> list[FaultKind]:
             expected='drives on by the LEDs',
             report_pattern=rf'{LOCALIZER}.*no LED',
         ),
+    ]
+
+
+def _of_sensors() -> list[FaultKind]:
+    return [
         FaultKind(
             name='camera frozen',
             act='parameter',
@@ -190,7 +195,7 @@ def _of_surroundings() -> list[FaultKind]:
     ]
 
 
-KINDS: Final = (*_of_nodes(), *_of_messages(), *_of_sensors(), *_of_surroundings())
+KINDS: Final = (*_of_nodes(), *_of_messages(), *_of_leds(), *_of_sensors(), *_of_surroundings())
 """All kinds, in the order of the table."""
 
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from goalreach_bringup.launch.environment import present_files
-from goalreach_lab.faults.kinds import KINDS
+from goalreach_lab.faults.kinds import KINDS, FaultKind
 from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_injector import Injector
 from goalreach_lab.rigs.processes import Sample, descendants_of, holdings_of
@@ -51,8 +51,6 @@ def drive_for_hours(
     """
     rng = np.random.default_rng(seed)
     total_s = 3600.0 * hours
-    lasting = [kind for kind in KINDS if kind.act in _LASTING]
-    killing = [kind for kind in KINDS if kind.act == 'kill']
     with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
         graph = FaultedGraph(
             domain=domain, speed=1.0, seed=seed, log_directory=Path(folder), gates=False
@@ -62,14 +60,18 @@ def drive_for_hours(
             graph.start('--clock', 'lockstep' if lockstep else 'realtime', '--starts', 'random')
             while graph.observer.clock_s < total_s:
                 _sample_for(graph, rng.uniform(*_PAUSE_S), keep)
-                early = graph.observer.clock_s < total_s / 5.0
-                kinds = killing if early and rng.random() < _KILL_SHARE else lasting
-                kind = kinds[int(rng.integers(len(kinds)))]
+                kind = _draw_kind(rng, may_kill=graph.observer.clock_s < total_s / 5.0)
                 on_fault(graph.observer.clock_s, kind.name)
                 with contextlib.suppress(GoalreachError, ProcessLookupError):
                     injector.inject(kind)
         finally:
             graph.close()
+
+
+def _draw_kind(rng: np.random.Generator, *, may_kill: bool) -> FaultKind:
+    kill = may_kill and rng.random() < _KILL_SHARE
+    kinds = [k for k in KINDS if (k.act == 'kill' if kill else k.act in _LASTING)]
+    return kinds[int(rng.integers(len(kinds)))]
 
 
 def _sample_for(graph: FaultedGraph, seconds: float, keep: Callable[[Sample], None]) -> None:

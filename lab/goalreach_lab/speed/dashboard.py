@@ -177,6 +177,7 @@ def _compare(
     around = [(early.speed + late.speed) / 2.0 for early, late in pairwise(without)]
     shares = [seen.speed / base for seen, base in zip(paged, around, strict=True)]
     listed = ', '.join(f'{share:.3f}' for share in sorted(shares))
+    note = f'each over the mean of before and after; ratio: median of {listed}; '
     speed = statistics.median(seen.speed for seen in paged)
     work = [[seen.used_s[0] / seen.clock_s for seen in some] for some in (paged, without)]
     return [
@@ -194,10 +195,7 @@ def _compare(
             reference_name='without',
             goal=_SPEED,
             n=len(shares),
-            note=(
-                'each over the mean of before and after; ratio: median of '
-                f'{listed}; {_machine_load(paged[-1])}'
-            ),
+            note=note + _machine_load(paged[-1]),
         ),
         BenchRow(
             name=f'{name}: processor time of the run in a simulated second',

@@ -65,24 +65,10 @@ def plan_parameters(
     Raises:
         ConfigurationError: A value is refused; the line names node, parameter and value.
     """
-    noise = noise_preset(options.noise)
     poses = tuple(starts)
     numbers = tuple(v for p in poses for v in (p.x_m, p.y_m, p.heading_rad))
-    robot = replace(SimulatorConfig.for_arena(arena, noise), start_pose=numbers[:3])
-    regions = flatten_config(RegionConfig.for_map(arena.regions))
-    defaults: NodeParameters = {
-        ROBOT: {
-            **flatten_config(robot),
-            **flatten_config(TimeConfig(seed=seeds.simulator)),
-            **regions,
-        },
-        LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
-        ESTIMATOR: flatten_config(StateEstimatorConfig.for_arena(arena)),
-        CONTROLLER: {
-            **flatten_config(ControllerConfig()),
-            **flatten_config(_mission(options, numbers, policy_path, seeds, learning)),
-        },
-    }
+    mission = _mission(options, numbers, policy_path, seeds, learning)
+    defaults = _defaults(options.noise, arena, mission, seeds)
     faults = flatten_config(FaultParameters())
     for node, values in user.items():
         _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
@@ -95,6 +81,25 @@ def plan_parameters(
     consumers = (defaults[ROBOT]['consumers'], monitor, recorder)
     defaults[ROBOT]['consumers'] = ','.join(filter(None, consumers))
     return defaults
+
+
+def _defaults(
+    noise_name: str, arena: Arena, mission: MissionConfig, seeds: RunSeeds
+) -> NodeParameters:
+    """Return the parameters of every node before the user's file and the options."""
+    noise = noise_preset(noise_name)
+    simulator = SimulatorConfig.for_arena(arena, noise)
+    robot = (
+        replace(simulator, start_pose=mission.starts[:3]),
+        TimeConfig(seed=seeds.simulator),
+        RegionConfig.for_map(arena.regions),
+    )
+    return {
+        ROBOT: {k: v for config in robot for k, v in flatten_config(config).items()},
+        LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
+        ESTIMATOR: flatten_config(StateEstimatorConfig.for_arena(arena)),
+        CONTROLLER: {**flatten_config(ControllerConfig()), **flatten_config(mission)},
+    }
 
 
 def _mission(
