@@ -55,7 +55,7 @@ def drive_for_hours(
         graph = FaultedGraph(
             domain=domain, speed=1.0, seed=seed, log_directory=Path(folder), gates=False
         )
-        try:
+        with contextlib.closing(graph):
             injector = Injector(graph, rng)
             graph.start('--clock', 'lockstep' if lockstep else 'realtime', '--starts', 'random')
             while graph.observer.clock_s < total_s:
@@ -64,8 +64,6 @@ def drive_for_hours(
                 on_fault(graph.observer.clock_s, kind.name)
                 with contextlib.suppress(GoalreachError, ProcessLookupError):
                     injector.inject(kind)
-        finally:
-            graph.close()
 
 
 def _draw_kind(rng: np.random.Generator, *, may_kill: bool) -> FaultKind:
