@@ -8,8 +8,9 @@ import functools
 from pathlib import Path
 from typing import Any
 
+from goalreach_evaluation.evaluation import processes
 from goalreach_evaluation.results_file import ResultsFile
-from goalreach_evaluation.sweep import processes, run_cases
+from goalreach_evaluation.sweep import run_cases
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_lab.row import BenchRow
 

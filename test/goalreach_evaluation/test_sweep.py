@@ -14,7 +14,8 @@ import pytest
 
 from dying_workers import die, die_once
 from goalreach_bringup.cli import main
-from goalreach_evaluation.sweep import SweepCase, dask_workers, drive_case, processes, run_cases
+from goalreach_evaluation.evaluation import processes
+from goalreach_evaluation.sweep import SweepCase, dask_workers, drive_case, run_cases
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel

@@ -8,8 +8,8 @@ number of processes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 import functools
 import multiprocessing
@@ -95,6 +95,12 @@ def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
     return SessionResult(paths=paths, frames=drive.frames)
 
 
+def processes(jobs: int) -> Executor:
+    """Return processes on this machine, which end with its context."""
+    context = multiprocessing.get_context('spawn')
+    return ProcessPoolExecutor(max_workers=jobs, mp_context=context)
+
+
 def drive_sessions(
     plan: EvaluationPlan, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> list[SessionResult]:
@@ -109,12 +115,8 @@ def drive_sessions(
         The sessions in order.
     """
     results: list[SessionResult] = []
-    with ExitStack() as stack:
-        run: Callable[..., Iterator[SessionResult]] = map
-        if jobs > 1:
-            context = multiprocessing.get_context('spawn')
-            pool = ProcessPoolExecutor(max_workers=jobs, mp_context=context)
-            run = stack.enter_context(pool).map
+    with processes(jobs) if jobs > 1 else nullcontext() as pool:
+        run: Callable[..., Iterator[SessionResult]] = map if pool is None else pool.map
         for result in run(functools.partial(drive_session, plan), range(plan.sessions)):
             results.append(result)
             progress(len(result.paths))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, Executor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 import importlib.util
-import multiprocessing
 from typing import Any, Final, TypeVar
 
 from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
@@ -22,6 +21,8 @@ _Result = TypeVar('_Result')
 
 KEY: Final = ('arena', 'noise', 'mode', 'drives', 'seed')
 """Fields that identify a case in a file of results."""
+_ATTEMPTS: Final = 3
+"""How often workers are started before giving up. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,14 +78,6 @@ def drive_case(case: SweepCase) -> dict[str, Any]:
 
 
 @contextmanager
-def processes(jobs: int) -> Iterator[Executor]:
-    """Open processes on this machine."""
-    context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as executor:
-        yield executor
-
-
-@contextmanager
 def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
     """Open the workers of a Dask cluster.
 
@@ -127,8 +120,6 @@ def run_cases(
     cases: Sequence[_Case],
     measure: Callable[[_Case], _Result],
     open_executor: Callable[[], AbstractContextManager[Executor]],
-    *,
-    attempts: int = 3,
 ) -> Iterator[tuple[_Case, _Result]]:
     """Measure cases in parallel; repeat those whose worker died.
 
@@ -136,7 +127,6 @@ def run_cases(
         cases: The cases.
         measure: Function at the top level of a module that returns the result of a case.
         open_executor: Opens the executor; called again after a dead worker has closed it.
-        attempts: How often to open it before giving up.
 
     Yields:
         Each case with its result, as soon as it is finished.
@@ -145,7 +135,7 @@ def run_cases(
         GoalreachError: Workers kept dying; every finished case has been yielded.
     """
     left = list(range(len(cases)))
-    for _ in range(attempts):
+    for _ in range(_ATTEMPTS):
         if not left:
             return
         with open_executor() as executor:

@@ -166,15 +166,12 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     def _observe(self) -> Observation:
         regions = self._arena.regions
         if self._kind == 'region':
-            index: np.int64 = np.int64(3 * self._region[0] + self._region[1])
-            return index
+            return np.int64(3 * self._region[0] + self._region[1])
         if self._kind == 'memberships':
             mu_x, mu_y = regions.memberships_at(self._x_m, self._y_m)
-            degrees: NDArray[np.float32] = np.array([*mu_x, *mu_y], dtype=np.float32)
-            return degrees
+            return np.array([*mu_x, *mu_y], dtype=np.float32)
         share = (self._x_m / self._arena.width_m, self._y_m / self._arena.length_m)
-        place: NDArray[np.float32] = np.array(share, dtype=np.float32)
-        return place
+        return np.array(share, dtype=np.float32)
 
     def _info(self, length_m: float) -> dict[str, Any]:
         return {

@@ -39,16 +39,15 @@ class Track:
         return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
-def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: float = 0.0) -> Track:
+def crisp_track(arena: Arena, policy: Policy, start: Pose2) -> Track:
     """Return the path of the greedy actions, as in the paper's Fig. 3.
 
     Args:
         arena: Walls and regions.
         policy: The policy.
         start: First point; the heading is not used.
-        overshoot_m: Distance driven past a border before the next action, metres.
     """
-    environment = OptionEnvironment(arena, overshoot_m=overshoot_m)
+    environment = OptionEnvironment(arena)
     x_m, y_m = start.x_m, start.y_m
     region = policy.regions.region_at(x_m, y_m)
     points = [(x_m, y_m)]
@@ -68,17 +67,14 @@ def crisp_track(arena: Arena, policy: Policy, start: Pose2, *, overshoot_m: floa
     return Track(points_m=np.array(points), outcome=outcome)
 
 
-def greedy_successes(
-    arena: Arena, policy: Policy, *, overshoot_m: float = 0.0
-) -> tuple[bool, ...]:
+def greedy_successes(arena: Arena, policy: Policy) -> tuple[bool, ...]:
     """Return, for each start of the arena, whether the greedy actions lead to the goal.
 
     Args:
         arena: Walls, regions and starts.
         policy: The policy.
-        overshoot_m: Distance driven past a border before the next action, metres.
     """
-    tracks = (crisp_track(arena, policy, start, overshoot_m=overshoot_m) for start in arena.starts)
+    tracks = (crisp_track(arena, policy, start) for start in arena.starts)
     return tuple(track.outcome is PathOutcome.GOAL for track in tracks)
 
 

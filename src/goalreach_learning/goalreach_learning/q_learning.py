@@ -177,10 +177,8 @@ class QLearner:
             uniform: A sample of the uniform distribution on [0, 1).
         """
         i, j = region
-        visited = any(self.visits[i][j])
-        return select_action(
-            self.q[i][j], visited=visited, temperature=temperature, uniform=uniform
-        )
+        values, visited = self.q[i][j], any(self.visits[i][j])
+        return select_action(values, visited=visited, temperature=temperature, uniform=uniform)
 
     def update(
         self, state: Region, action: int, reward: float, next_state: Region, *, terminal: bool

@@ -46,7 +46,6 @@ def paper_starts(
     *,
     width_m: float = WIDTH_M,
     length_m: float = LENGTH_M,
-    body_radius_m: float = BODY_RADIUS_M,
     regions: RegionMap | None = None,
     count: int = PAPER_STARTS,
 ) -> tuple[Pose2, ...]:
@@ -59,12 +58,11 @@ def paper_starts(
     Args:
         width_m: Arena size along x.
         length_m: Arena size along y.
-        body_radius_m: Radius of the robot.
         regions: The region map whose goal is excluded; the default map if None.
         count: Number of poses; 22 in the paper.
     """
     regions = regions or RegionMap()
-    inset = body_radius_m + _START_CLEARANCE_M
+    inset = BODY_RADIUS_M + _START_CLEARANCE_M
     right, far = width_m - inset, length_m - inset
     corners = np.array(
         [[inset, inset], [right, inset], [right, far], [inset, far], [inset, inset]]
@@ -201,11 +199,8 @@ class Arena:
             if abs(knots[0]) > 1e-6 or abs(knots[-1] - size) > 1e-6:  # noqa: PLR2004 - one um
                 raise ConfigurationError(name, knots, f'knots that cover 0 to {size:g} m')
         x_low, y_low, x_high, y_high = self.regions.bounds(self.regions.goal)
-        low, right, far = (
-            BODY_RADIUS_M,
-            self.width_m - BODY_RADIUS_M,
-            self.length_m - BODY_RADIUS_M,
-        )
+        low = BODY_RADIUS_M
+        right, far = self.width_m - low, self.length_m - low
         if max(x_low, low) >= min(x_high, right) or max(y_low, low) >= min(y_high, far):
             name = region_name(self.regions.goal)
             raise ConfigurationError('goal', name, 'a region that the robot can enter')

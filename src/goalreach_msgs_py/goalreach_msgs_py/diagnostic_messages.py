@@ -109,13 +109,9 @@ def state_to_raw(state: RegionState, stamp_ns: int) -> bytes:
         name=_STATE_NAME,
         message=region_name(state.region),
         hardware_id=ESTIMATOR,
-        values=dict(zip(_STATE_KEYS, map(_decimal, numbers), strict=True)),
+        values=dict(zip(_STATE_KEYS, (repr(float(n)) for n in numbers), strict=True)),
     )
     return status_to_raw(status, stamp_ns, MAP_FRAME)
-
-
-def _decimal(number: float) -> str:
-    return repr(float(number))
 
 
 def state_from_raw(raw: bytes) -> RegionState:

@@ -13,6 +13,10 @@ from typing import Any
 _NS_PER_S = 1e9
 _STALLED_S = 0.5
 """A node that was not served for this long reports it, seconds of the wall clock. Chosen."""
+_SILENT_S = 1.0
+"""Silence that is reported, seconds of the wall clock. Chosen."""
+_APART_S = 0.3
+"""Difference of stamps that is reported, seconds of the graph's clock. Chosen."""
 _RECENT_S = 0.2
 """Stamps are compared with inputs received this recently only: a silent one
 is reported as such. Chosen."""
@@ -123,16 +127,10 @@ class InputMonitor:
 
     Args:
         required: The inputs that are reported when they never come.
-        silent_s: Silence that is reported, seconds of the wall clock. Chosen.
-        apart_s: Difference of stamps that is reported, seconds of the graph's clock. Chosen.
     """
 
-    def __init__(
-        self, required: Iterable[str] = (), *, silent_s: float = 1.0, apart_s: float = 0.3
-    ) -> None:
+    def __init__(self, required: Iterable[str] = ()) -> None:
         self._required = tuple(required)
-        self._silent_s = silent_s
-        self._apart_s = apart_s
         self._inputs: dict[str, _Input] = {}
         self._checked_s: float | None = None
         self._first_s: float | None = None
@@ -163,7 +161,7 @@ class InputMonitor:
     def _find_apart(self, topic: str, stamp_ns: int, now_s: float) -> InputProblem | None:
         for other, last in self._inputs.items():
             apart_s = (stamp_ns - last.stamp_ns) / _NS_PER_S
-            if other == topic or abs(apart_s) <= self._apart_s:
+            if other == topic or abs(apart_s) <= _APART_S:
                 continue
             if now_s - last.received_s > _RECENT_S:
                 continue
@@ -189,9 +187,9 @@ class InputMonitor:
 
     def _find_silent(self, now_s: float) -> list[InputProblem]:
         ages_s = {topic: now_s - last.received_s for topic, last in self._inputs.items()}
-        if not any(age_s <= 0.5 * self._silent_s for age_s in ages_s.values()):
+        if not any(age_s <= 0.5 * _SILENT_S for age_s in ages_s.values()):
             return []
-        silent = {topic: age_s for topic, age_s in ages_s.items() if age_s > self._silent_s}
+        silent = {topic: age_s for topic, age_s in ages_s.items() if age_s > _SILENT_S}
         if self._first_s is not None and now_s - self._first_s > _ABSENT_S:
             absent = (topic for topic in self._required if topic not in self._inputs)
             silent |= dict.fromkeys(absent, now_s - self._first_s)

@@ -18,7 +18,7 @@ from goalreach_msgs_py.errors import ConfigurationError
 ConfigT = TypeVar('ConfigT')
 _KEY = 'goalreach'
 _LARGEST = 2.0**1023
-"""Largest number accepted: nothing larger than half the range of a float."""
+"""Largest number accepted, half the largest float. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -77,7 +77,8 @@ def _cases(options: Options) -> list[SweepCase]:
 
 
 def _executor(options: Options) -> Callable[[], AbstractContextManager[Executor]]:
-    from goalreach_evaluation.sweep import dask_workers, processes
+    from goalreach_evaluation.evaluation import processes
+    from goalreach_evaluation.sweep import dask_workers
 
     if options.engine == 'dask' or options.scheduler:
         return functools.partial(dask_workers, options.jobs, options.scheduler)

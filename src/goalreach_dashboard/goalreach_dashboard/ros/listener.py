@@ -86,12 +86,12 @@ class GraphListener:
         # The truth comes first: estimates are compared with it by stamp.
         self._handlers: tuple[tuple[str, Callable[[bytes], None]], ...] = (
             (topics.GROUND_TRUTH, self._on_truth),
-            (topics.CLOCK, self._on_clock),
+            (topics.CLOCK, self._setter('clock_ns', stamp_of)),
             (topics.ODOM, self._on_odometry),
-            (topics.JOINT_STATES, self._on_joints),
+            (topics.JOINT_STATES, self._setter('head', head_from_raw)),
             (topics.BUMPERS, self._on_bumpers),
             (topics.CAMERA_INFO, self._on_camera_info),
-            (topics.STATE, self._on_state),
+            (topics.STATE, self._setter('state', state_from_raw)),
             (topics.LANDMARKS, self._on_landmarks),
         )
 
@@ -127,7 +127,7 @@ class GraphListener:
                 self._guard(handler, raw)
         self._guard(self._on_poses, received.get(topics.POSE, []))
         for raw in received.get(topics.LANDMARKS, ())[-1:]:
-            self._guard(self._show_landmarks, raw)
+            self._guard(self._setter('landmarks', landmarks_from_raw), raw)
         self._add_transitions(self._state.poses.truth_ns)
         if self._camera is not None:
             self._guard(self._read_image, self._camera)
@@ -154,8 +154,9 @@ class GraphListener:
         if camera.subscription.number:
             self._record(camera.subscription)
 
-    def _on_clock(self, raw: bytes) -> None:
-        self._state.clock_ns = stamp_of(raw)
+    def _setter(self, name: str, from_raw: Callable[[bytes], object]) -> Callable[[bytes], None]:
+        """Return a handler that keeps what a message holds as an attribute of the state."""
+        return lambda raw: setattr(self._state, name, from_raw(raw))
 
     def _on_truth(self, raw: bytes) -> None:
         """Add a true pose, and at once the transitions of its stamp: the next may be elsewhere."""
@@ -177,9 +178,6 @@ class GraphListener:
     def _on_odometry(self, raw: bytes) -> None:
         self._state.poses.add_odometry(stamp_of(raw), odometry_from_raw(raw).pose)
 
-    def _on_joints(self, raw: bytes) -> None:
-        self._state.head = head_from_raw(raw)
-
     def _on_bumpers(self, raw: bytes) -> None:
         """Show a press for a moment: the next path may begin in the next tick."""
         pressed, now_s = bumpers_from_raw(raw), time.monotonic()
@@ -192,15 +190,9 @@ class GraphListener:
         camera = camera_from_raw(raw)
         self._state.fov_rad = 2.0 * math.atan(camera.width_px / 2.0 / camera.fx_px)
 
-    def _on_state(self, raw: bytes) -> None:
-        self._state.state = state_from_raw(raw)
-
     def _on_landmarks(self, raw: bytes) -> None:
         if self._camera is not None:
             self._camera.add_landmarks(raw)
-
-    def _show_landmarks(self, raw: bytes) -> None:
-        self._state.landmarks = landmarks_from_raw(raw)
 
     def _on_poses(self, poses: list[bytes]) -> None:
         """Add the newest pose that can be compared with the truth, else the newest."""

@@ -12,7 +12,6 @@ from goalreach_dashboard.views.svg import (
     degrees,
     fragment,
     polar,
-    polyline_points,
     rotate,
 )
 from goalreach_learning.blending import Vote, blend, votes
@@ -117,6 +116,6 @@ def _curve(paths: PathStatistics) -> Elements:
     dots = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5"/>' for x, y in points[-1:]]
     return {
         'curve-axes': fragment('curve_axes', first, last, WINDOW),
-        'curve-line': {'points': polyline_points(points)},
+        'curve-line': {'points': ' '.join(f'{x:.1f},{y:.1f}' for x, y in points)},
         'curve-dots': {'html': ''.join(dots)},
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 import math
 from typing import Final
@@ -58,11 +58,6 @@ def translate(x_m: float, y_m: float, length_m: float) -> str:
 def rotate(angle_rad: float) -> str:
     """Return the transform that rotates a drawing counter-clockwise."""
     return f'rotate({-math.degrees(angle_rad):.1f})'
-
-
-def polyline_points(points: Iterable[tuple[float, float]]) -> str:
-    """Return the `points` attribute of a polyline."""
-    return ' '.join(f'{x:.1f},{y:.1f}' for x, y in points)
 
 
 def metres(value_m: float) -> str:

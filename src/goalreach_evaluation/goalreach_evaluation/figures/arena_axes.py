@@ -140,13 +140,12 @@ def region_centre_in(arena: Arena, region: Region) -> tuple[float, float]:
     return (x_low + x_high) / 2, (y_low + y_high) / 2
 
 
-def draw_region_names(axes: Axes, arena: Arena, *, rise_in: float = 0.0, size: float = 8) -> None:
+def draw_region_names(axes: Axes, arena: Arena, *, size: float) -> None:
     """Write the name of every region into it.
 
     Args:
         axes: Axes in inches.
         arena: The arena.
-        rise_in: Height of the text above the centre, inches.
         size: Font size, points.
     """
     for i, x_label in enumerate(X_LABELS):
@@ -154,4 +153,4 @@ def draw_region_names(axes: Axes, arena: Arena, *, rise_in: float = 0.0, size: f
             x, y = region_centre_in(arena, (i, j))
             goal = '\ngoal' if (i, j) == arena.regions.goal else ''
             text = f'{x_label}\n{y_label}{goal}'
-            axes.text(x, y + rise_in, text, ha='center', va='center', fontsize=size, zorder=5)
+            axes.text(x, y, text, ha='center', va='center', fontsize=size, zorder=5)
