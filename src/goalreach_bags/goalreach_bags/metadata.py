@@ -153,6 +153,7 @@ def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as 
         raise BagError(directory, f'is of version {version}: {known}')
     custom = document.get('custom_data')
     first_ns = int(document['starting_time']['nanoseconds_since_epoch'])
+    mode = str(document.get('compression_mode') or '').upper()
     listed = document['topics_with_message_count'] or ()
     counts = {str(e['topic_metadata']['name']): int(e['message_count']) for e in listed}
     return BagMetadata(
@@ -168,7 +169,7 @@ def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as 
             first_ns=first_ns,
             last_ns=first_ns + int(document['duration']['nanoseconds']),
         ),
-        compression_mode=_compression_mode(document),
+        compression_mode='' if mode == 'NONE' else mode,
         custom={str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
         distro=str(document.get('ros_distro') or ''),
         version=version,
@@ -184,8 +185,3 @@ def _topic(document: Any) -> BagTopic:  # noqa: ANN401 - as YAML gives it
         definition='',
         serialization=str(document['serialization_format']),
     )
-
-
-def _compression_mode(document: Any) -> str:  # noqa: ANN401 - as YAML gives it
-    mode = str(document.get('compression_mode') or '').upper()
-    return '' if mode == 'NONE' else mode

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -106,7 +107,8 @@ def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResu
         for scan in damaged:
             _repaired(scan.path).rename(scan.path)
         write_metadata(path, metadata)
-        _require_readable(path)
+        with BagReader(path) as bag:
+            deque(bag.messages(), maxlen=0)  # reads them all
         for file in aside if replace_files else ():
             file.with_name(f'{file.name}.damaged').unlink()
             file.with_name(f'{file.name}.damaged{_JOURNAL}').unlink(missing_ok=True)
@@ -199,9 +201,3 @@ def _move(file: Path, target: Path) -> None:
     if journal.exists():
         journal.rename(target.with_name(f'{target.name}{_JOURNAL}'))
     file.rename(target)
-
-
-def _require_readable(path: Path) -> None:
-    with BagReader(path) as bag:
-        for _ in bag.messages():
-            pass

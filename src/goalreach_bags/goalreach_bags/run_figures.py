@@ -8,9 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 import numpy as np
-from numpy.typing import NDArray
 
-from goalreach_bags.run_series import RunSeries
+from goalreach_bags.run_series import Floats, RunSeries
 from goalreach_evaluation.figures.arena_axes import (
     BLACK,
     BLUE,
@@ -32,8 +31,6 @@ _JUMP_M: Final = 0.1
 _COLOURS: Final = (BLUE, ORANGE, GREEN, VERMILION, SKY, BLACK, GREY, '#cc79a7')
 _DEGREES: Final = 180.0 / np.pi
 _SIZE_IN: Final = (8.0, 6.0)
-
-Floats = NDArray[np.float64]
 
 
 def run_figures(series: RunSeries) -> dict[str, Figure]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -84,15 +84,15 @@ def read_run_series(bag: BagReader) -> RunSeries:
         raise GoalreachError(f'{bag.path}: truth, pose and state have no stamp in common')
     poses = [by_topic[topics.POSE][s].pose for s in stamps]
     states = [by_topic[topics.STATE][s].status[0] for s in stamps]
-    doubt = np.array([state.level != 0 for state in states])
-    region = np.array([_index(state.message) for state in states])
+    doubt = np.array([[state.level != 0] for state in states])
+    region = np.array([3 * x + y for x, y in (parse_region(s.message) for s in states)])
     commands = by_topic.get(topics.CMD_VEL, {})
     return RunSeries(
         arena=recorded_arena(bag),
         time_s=np.array(stamps) * _NS,
         truth=np.array([_pose(by_topic[topics.GROUND_TRUTH][s].pose.pose) for s in stamps]),
-        estimate=_trusted([_pose(pose.pose) for pose in poses], doubt),
-        sigma=_trusted([_sigma(pose.covariance) for pose in poses], doubt),
+        estimate=np.where(doubt, np.nan, [_pose(pose.pose) for pose in poses]),
+        sigma=np.where(doubt, np.nan, [_sigma(pose.covariance) for pose in poses]),
         memberships=np.array([_memberships(state) for state in states]),
         region=region,
         q=_q_over_time(by_topic.get(topics.Q_TABLE, {}), stamps, region),
@@ -111,21 +111,10 @@ def _sigma(covariance: Any) -> Floats:  # noqa: ANN401 - a decoded message
     return sigma
 
 
-def _trusted(rows: Sequence[Any], doubt: NDArray[np.bool_]) -> Floats:
-    values = np.array(rows, dtype=np.float64)
-    values[doubt] = np.nan
-    return values
-
-
 def _memberships(status: Any) -> list[float]:  # noqa: ANN401 - a decoded message
     values = {pair.key: pair.value for pair in status.values}
     keys = [f'mu_x.{label}' for label in X_LABELS] + [f'mu_y.{label}' for label in Y_LABELS]
     return [float(values.get(key, 'nan')) for key in keys]
-
-
-def _index(region: str) -> int:
-    x, y = parse_region(region)
-    return 3 * x + y
 
 
 def _command(message: Any) -> tuple[float, float]:  # noqa: ANN401 - a decoded message

@@ -288,12 +288,10 @@ class Keyboard:
             if not ready:
                 return ''
             self._typed = os.read(sys.stdin.fileno(), _READ_BYTES).decode(errors='replace')
-        for sequence, name in _ARROWS.items():
-            if self._typed.startswith(sequence):
-                self._typed = self._typed[len(sequence) :]
-                return name
-        key, self._typed = self._typed[:1], self._typed[1:]
-        return key
+        typed = self._typed
+        key = typed[:3] if typed[:3] in _ARROWS else typed[:1]
+        self._typed = typed.removeprefix(key)
+        return _ARROWS.get(key, key)
 
 
 _MS: Final = 1_000_000

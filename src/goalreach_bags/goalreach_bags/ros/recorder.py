@@ -147,29 +147,22 @@ class Recorder(Node):
             self._accept_in_order(message, self._order)
             return
         if message.topic == CLOCK:
-            first = self._clock_ns is None
             self._clock_ns = stamp_of(message.data)
-            if first and self._sim_time is not False:
-                self._sim_time = True
-                self._release()
-        if self._sim_time is None or (self._sim_time and self._clock_ns is None):
-            if not self._held:
-                self._began_s = time.monotonic()
-            self._held.append(message)
-        else:
-            self._write_with_clock(message)
+            self._sim_time = self._sim_time is not False
+        if not self._held:
+            self._began_s = time.monotonic()
+        self._held.append(message)
+        if self._sim_time is False or (self._sim_time and self._clock_ns is not None):
+            self._release()
 
     def _release(self) -> None:
-        """Write the messages held back."""
+        """Write the messages held back, at the time of the clock if there is one."""
         held, self._held = self._held, []
         for message in held:
-            self._write_with_clock(message)
-
-    def _write_with_clock(self, message: ReceivedMessage) -> None:
-        if self._sim_time and self._clock_ns is not None:
-            self._write(message.topic, self._clock_ns, message.data)
-        else:
-            self._write(message.topic, message.received_ns, message.data, message.published_ns)
+            if self._sim_time and self._clock_ns is not None:
+                self._write(message.topic, self._clock_ns, message.data)
+            else:
+                self._write(message.topic, message.received_ns, message.data, message.published_ns)
 
     def _accept_in_order(self, message: ReceivedMessage, order: TickOrder) -> None:
         stamp_ns = stamp_of(message.data) if message.stamped else None

@@ -70,7 +70,7 @@ class TopicSubscription:
         if profile.reliability is ReliabilityPolicy.BEST_EFFORT:
             profile.depth = _SENSOR_DEPTH
         self._subscription: Any = node.create_subscription(
-            self._class, name, _ignore, profile, raw=True
+            self._class, name, lambda _message: None, profile, raw=True
         )
 
     @property
@@ -103,10 +103,6 @@ class TopicSubscription:
                 received_ns=info['received_timestamp'],
                 published_ns=info['source_timestamp'],
             )
-
-
-def _ignore(_message: Any) -> None:
-    """Never called: messages are taken by hand."""
 
 
 class GraphSubscriptions:
