@@ -1,17 +1,22 @@
-"""The names that the package re-exports."""
+"""The names that packages import on first use."""
 
+import inspect
+import re
 import subprocess
 import sys
+from types import ModuleType
 
 import pytest
 
+import goalreach_bags
 import goalreach_evaluation
 
 
-def test_every_exported_name_is_found_in_its_module() -> None:
-    names = [name for names in goalreach_evaluation._EXPORTS.values() for name in names]
-    assert sorted(names) == sorted(goalreach_evaluation.__all__)
-    assert all(getattr(goalreach_evaluation, name) is not None for name in names)
+@pytest.mark.parametrize('package', [goalreach_bags, goalreach_evaluation])
+def test_every_exported_name_is_found_in_its_module(package: ModuleType) -> None:
+    imported = re.findall(r'import (\w+) as \1\n', inspect.getsource(package))
+    assert sorted(imported) == sorted(package.__all__)
+    assert all(getattr(package, name) is not None for name in imported)
 
 
 def test_another_name_is_an_attribute_error() -> None:

@@ -4,65 +4,45 @@ Each name is imported with its module on first use: a command that needs `Record
 loads neither rosbags nor mcap.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from goalreach_msgs_py.lazy_exports import lazy_exports
+
 if TYPE_CHECKING:
-    from goalreach_bags.compare import compare_bags, differences
-    from goalreach_bags.decode import Decoder, flatten
-    from goalreach_bags.export import MessageTable, write_table
-    from goalreach_bags.options import (
-        RecordOptions,
-        ReplayOptions,
-        StorageOptions,
-        TopicSelection,
-    )
-    from goalreach_bags.reader import BagMessage, BagReader
-    from goalreach_bags.repair import RepairResult, repair_bag
-    from goalreach_bags.run_series import RunSeries, read_run_series
-    from goalreach_bags.storage import BagError, BagStoppedError
-    from goalreach_bags.topic import BagTopic, message_definition
-    from goalreach_bags.writer import BagWriter
+    from goalreach_bags.compare import compare_bags as compare_bags
+    from goalreach_bags.compare import differences as differences
+    from goalreach_bags.decode import Decoder as Decoder
+    from goalreach_bags.decode import flatten as flatten
+    from goalreach_bags.export import MessageTable as MessageTable
+    from goalreach_bags.export import write_table as write_table
+    from goalreach_bags.options import RecordOptions as RecordOptions
+    from goalreach_bags.options import ReplayOptions as ReplayOptions
+    from goalreach_bags.options import StorageOptions as StorageOptions
+    from goalreach_bags.options import TopicSelection as TopicSelection
+    from goalreach_bags.reader import BagMessage as BagMessage
+    from goalreach_bags.reader import BagReader as BagReader
+    from goalreach_bags.repair import RepairResult as RepairResult
+    from goalreach_bags.repair import repair_bag as repair_bag
+    from goalreach_bags.run_series import RunSeries as RunSeries
+    from goalreach_bags.run_series import read_run_series as read_run_series
+    from goalreach_bags.storage import BagError as BagError
+    from goalreach_bags.storage import BagStoppedError as BagStoppedError
+    from goalreach_bags.topic import BagTopic as BagTopic
+    from goalreach_bags.topic import message_definition as message_definition
+    from goalreach_bags.writer import BagWriter as BagWriter
 
-_EXPORTS = {
-    'compare': ('compare_bags', 'differences'),
-    'decode': ('Decoder', 'flatten'),
-    'export': ('MessageTable', 'write_table'),
-    'options': ('RecordOptions', 'ReplayOptions', 'StorageOptions', 'TopicSelection'),
-    'reader': ('BagMessage', 'BagReader'),
-    'repair': ('RepairResult', 'repair_bag'),
-    'run_series': ('RunSeries', 'read_run_series'),
-    'storage': ('BagError', 'BagStoppedError'),
-    'topic': ('BagTopic', 'message_definition'),
-    'writer': ('BagWriter',),
-}
-__all__ = [
-    'BagError',
-    'BagMessage',
-    'BagReader',
-    'BagStoppedError',
-    'BagTopic',
-    'BagWriter',
-    'Decoder',
-    'MessageTable',
-    'RecordOptions',
-    'RepairResult',
-    'ReplayOptions',
-    'RunSeries',
-    'StorageOptions',
-    'TopicSelection',
-    'compare_bags',
-    'differences',
-    'flatten',
-    'message_definition',
-    'read_run_series',
-    'repair_bag',
-    'write_table',
-]
-
-
-def __getattr__(name: str) -> object:
-    for module, names in _EXPORTS.items():
-        if name in names:
-            return getattr(import_module(f'{__name__}.{module}'), name)
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+__all__, __getattr__ = lazy_exports(
+    __name__,
+    {
+        'compare': ('compare_bags', 'differences'),
+        'decode': ('Decoder', 'flatten'),
+        'export': ('MessageTable', 'write_table'),
+        'options': ('RecordOptions', 'ReplayOptions', 'StorageOptions', 'TopicSelection'),
+        'reader': ('BagMessage', 'BagReader'),
+        'repair': ('RepairResult', 'repair_bag'),
+        'run_series': ('RunSeries', 'read_run_series'),
+        'storage': ('BagError', 'BagStoppedError'),
+        'topic': ('BagTopic', 'message_definition'),
+        'writer': ('BagWriter',),
+    },
+)

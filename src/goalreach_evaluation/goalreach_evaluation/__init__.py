@@ -4,74 +4,54 @@ Each name is imported with its module on first use: a command that needs `choice
 neither OpenCV nor matplotlib.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from goalreach_msgs_py.lazy_exports import lazy_exports
+
 if TYPE_CHECKING:
-    from goalreach_evaluation.choices import choose_arena, choose_noise, choose_policy
-    from goalreach_evaluation.drive import DriveFrame, InProcessDrive
-    from goalreach_evaluation.evaluation import (
-        Evaluation,
-        EvaluationPlan,
-        EvaluationRequest,
-        SessionResult,
-        drive_sessions,
-        evaluate,
-    )
-    from goalreach_evaluation.path_metrics import PathMeter, PathResult, PathTally, wilson_interval
-    from goalreach_evaluation.results_file import ResultsFile
-    from goalreach_evaluation.starts import RunSeeds, border_starts, choose_starts, random_starts
-    from goalreach_evaluation.summary_file import RecordedRun, read_recorded_run
-    from goalreach_evaluation.sweep import SweepCase, drive_case, run_cases
+    from goalreach_evaluation.choices import choose_arena as choose_arena
+    from goalreach_evaluation.choices import choose_noise as choose_noise
+    from goalreach_evaluation.choices import choose_policy as choose_policy
+    from goalreach_evaluation.drive import DriveFrame as DriveFrame
+    from goalreach_evaluation.drive import InProcessDrive as InProcessDrive
+    from goalreach_evaluation.evaluation import Evaluation as Evaluation
+    from goalreach_evaluation.evaluation import EvaluationPlan as EvaluationPlan
+    from goalreach_evaluation.evaluation import EvaluationRequest as EvaluationRequest
+    from goalreach_evaluation.evaluation import SessionResult as SessionResult
+    from goalreach_evaluation.evaluation import drive_sessions as drive_sessions
+    from goalreach_evaluation.evaluation import evaluate as evaluate
+    from goalreach_evaluation.path_metrics import PathMeter as PathMeter
+    from goalreach_evaluation.path_metrics import PathResult as PathResult
+    from goalreach_evaluation.path_metrics import PathTally as PathTally
+    from goalreach_evaluation.path_metrics import wilson_interval as wilson_interval
+    from goalreach_evaluation.results_file import ResultsFile as ResultsFile
+    from goalreach_evaluation.starts import RunSeeds as RunSeeds
+    from goalreach_evaluation.starts import border_starts as border_starts
+    from goalreach_evaluation.starts import choose_starts as choose_starts
+    from goalreach_evaluation.starts import random_starts as random_starts
+    from goalreach_evaluation.summary_file import RecordedRun as RecordedRun
+    from goalreach_evaluation.summary_file import read_recorded_run as read_recorded_run
+    from goalreach_evaluation.sweep import SweepCase as SweepCase
+    from goalreach_evaluation.sweep import drive_case as drive_case
+    from goalreach_evaluation.sweep import run_cases as run_cases
 
-_EXPORTS = {
-    'choices': ('choose_arena', 'choose_noise', 'choose_policy'),
-    'drive': ('DriveFrame', 'InProcessDrive'),
-    'evaluation': (
-        'Evaluation',
-        'EvaluationPlan',
-        'EvaluationRequest',
-        'SessionResult',
-        'drive_sessions',
-        'evaluate',
-    ),
-    'path_metrics': ('PathMeter', 'PathResult', 'PathTally', 'wilson_interval'),
-    'results_file': ('ResultsFile',),
-    'starts': ('RunSeeds', 'border_starts', 'choose_starts', 'random_starts'),
-    'summary_file': ('RecordedRun', 'read_recorded_run'),
-    'sweep': ('SweepCase', 'drive_case', 'run_cases'),
-}
-__all__ = [
-    'DriveFrame',
-    'Evaluation',
-    'EvaluationPlan',
-    'EvaluationRequest',
-    'InProcessDrive',
-    'PathMeter',
-    'PathResult',
-    'PathTally',
-    'RecordedRun',
-    'ResultsFile',
-    'RunSeeds',
-    'SessionResult',
-    'SweepCase',
-    'border_starts',
-    'choose_arena',
-    'choose_noise',
-    'choose_policy',
-    'choose_starts',
-    'drive_case',
-    'drive_sessions',
-    'evaluate',
-    'random_starts',
-    'read_recorded_run',
-    'run_cases',
-    'wilson_interval',
-]
-
-
-def __getattr__(name: str) -> object:
-    for module, names in _EXPORTS.items():
-        if name in names:
-            return getattr(import_module(f'{__name__}.{module}'), name)
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+__all__, __getattr__ = lazy_exports(
+    __name__,
+    {
+        'choices': ('choose_arena', 'choose_noise', 'choose_policy'),
+        'drive': ('DriveFrame', 'InProcessDrive'),
+        'evaluation': (
+            'Evaluation',
+            'EvaluationPlan',
+            'EvaluationRequest',
+            'SessionResult',
+            'drive_sessions',
+            'evaluate',
+        ),
+        'path_metrics': ('PathMeter', 'PathResult', 'PathTally', 'wilson_interval'),
+        'results_file': ('ResultsFile',),
+        'starts': ('RunSeeds', 'border_starts', 'choose_starts', 'random_starts'),
+        'summary_file': ('RecordedRun', 'read_recorded_run'),
+        'sweep': ('SweepCase', 'drive_case', 'run_cases'),
+    },
+)
