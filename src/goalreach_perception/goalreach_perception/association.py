@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import functools
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,14 +92,9 @@ def labellings(
     Returns:
         Two (m, size) arrays: indices of the spots (ascending) and of their LEDs.
     """
-    pairs = [
-        (spots, leds)
-        for spots in combinations(range(spot_count), size)
-        for leds in permutations(range(led_count), size)
-    ]
-    spots = np.array([p[0] for p in pairs], dtype=np.intp).reshape(-1, size)
-    leds = np.array([p[1] for p in pairs], dtype=np.intp).reshape(-1, size)
-    return spots, leds
+    spots, leds = combinations(range(spot_count), size), permutations(range(led_count), size)
+    pairs = np.array([*product(spots, leds)], dtype=np.intp).reshape(-1, 2, size)
+    return pairs[:, 0], pairs[:, 1]
 
 
 def identify(
@@ -168,10 +163,8 @@ def _solve(
     if len(kept) == 0:
         return None
     possible = possible[kept]
-    spots, leds = spots[possible], leds[possible]
-    solutions = solve_poses(
-        geometry, pixels_px, sigmas_px, spots=spots, leds=leds, seeds=seeds[possible]
-    )
+    spots, leds, seeds = spots[possible], leds[possible], seeds[possible]
+    solutions = solve_poses(geometry, pixels_px, sigmas_px, spots=spots, leds=leds, seeds=seeds)
     return solutions, spots, leds
 
 
@@ -187,9 +180,8 @@ def _seeds(
     turns = np.exp(1j * geometry.turns_rad)[spots]
     places = geometry.leds_m[leds]
     flat: NDArray[np.complex128] = places[..., 0] + 1j * places[..., 1]
-    seeds = align(
-        flat, turns * level_points(slopes, places[..., 2] - geometry.camera_height_m, tilts)
-    )
+    rises_m = places[..., 2] - geometry.camera_height_m
+    seeds = align(flat, turns * level_points(slopes, rises_m, tilts))
     if leds.shape[1] != _TRIPLE:
         return seeds
     rays = turns * (np.cos(tilts) + np.sin(tilts) * slopes[..., 1] - 1j * slopes[..., 0])
@@ -203,10 +195,8 @@ def _inside(
     """Return which poses lie in the arena enlarged by a margin; False for NaN."""
     width_m, length_m = arena_size_m
     x, y = poses[:, 0], poses[:, 1]
-    inside: NDArray[np.bool_] = (
-        (x > -margin_m) & (x < width_m + margin_m) & (y > -margin_m) & (y < length_m + margin_m)
-    )
-    return inside
+    inside_x = (x > -margin_m) & (x < width_m + margin_m)
+    return inside_x & (y > -margin_m) & (y < length_m + margin_m)
 
 
 def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np.intp]) -> bool:

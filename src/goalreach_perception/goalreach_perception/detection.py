@@ -123,9 +123,8 @@ class SpotDetector:
         self._light_per_peak = 2.0 * math.pi * spot_sigma_px**2
         self._variance_px2 = spot_sigma_px**2
         self._border = math.ceil(3.0 * spot_sigma_px)
-        self._sums = {
-            radius: _moment_sums(radius, self._near) for radius in (self._near, self._radius)
-        }
+        radii = (self._near, self._radius)
+        self._sums = {radius: _moment_sums(radius, self._near) for radius in radii}
 
     def background_dn(self, image: Image) -> float:
         """Return the background of a frame from a few of its rows, grey values."""
@@ -220,19 +219,11 @@ class SpotDetector:
             reach = max(self._border, 2.0 * math.sqrt(max(variance, 0.0)) + 1.0)
             inside = reach <= u_px <= width - 1 - reach and reach <= v_px <= height - 1 - reach
             good[index] = inside and self._is_led_like(peak, peak - background_dn, light, variance)
-        sigmas = [
-            math.hypot(
-                self._config.centroid_sigma_px, self._noise_dn / max(p - background_dn, 1.0)
-            )
-            for p in peaks
-        ]
-        return Spots(
-            np.array(pixels).reshape(-1, 2),
-            np.array(sigmas),
-            peaks,
-            [peak - background_dn >= self._config.minimum_peak_dn for peak in peaks],
-            good,
-        )
+        sampling_px = self._config.centroid_sigma_px
+        contrasts = [peak - background_dn for peak in peaks]
+        sigmas = [math.hypot(sampling_px, self._noise_dn / max(c, 1.0)) for c in contrasts]
+        bright = [contrast >= self._config.minimum_peak_dn for contrast in contrasts]
+        return Spots(np.array(pixels).reshape(-1, 2), np.array(sigmas), peaks, bright, good)
 
     def _moments(
         self,

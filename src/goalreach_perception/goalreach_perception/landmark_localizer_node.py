@@ -71,10 +71,9 @@ class LandmarkLocalizerNode(Node):
         live = [f'noise.{field.name}' for field in fields(NoiseModel)]
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)
         self._on_config(config.value)
-        self._inputs = StampSynchronizer([IMAGE, CAMERA_INFO, JOINT_STATES, ODOM])
-        self._reporter = InputReporter(
-            self, [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM], self._inputs.missing
-        )
+        topics = [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM]
+        self._inputs = StampSynchronizer(topics)
+        self._reporter = InputReporter(self, topics, self._inputs.missing)
         self._reply = StampedReply()
         self._diagnostics = Diagnostics(self)
         self._transforms = TransformPublisher(self)

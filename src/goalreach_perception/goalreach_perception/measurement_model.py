@@ -187,11 +187,10 @@ class Optics:
         """Return the (n, 2) pixels without the distortion of the lens."""
         if not self._distorted or len(pixels_px) == 0:
             return pixels_px
-        fx, fy = self.lens.focal_px
-        cx, cy = self.lens.centre_px
+        fx, fy, cx, cy = self.lens.intrinsics
         matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-        points = pixels_px.reshape(-1, 1, 2)
         coefficients = np.array(self.camera.distortion)
+        points = pixels_px.reshape(-1, 1, 2)
         ideal = cv2.undistortPoints(points, matrix, coefficients, P=matrix)
         return ideal.reshape(-1, 2).astype(np.float64)
 

@@ -83,10 +83,12 @@ class PoseMonitor:
         self._config = config
         self.mode = Mode.SEARCHING
         self.reason = 'no fix yet'
-        self._misses = 0
-        self._unseen = 0
-        self._confirmations = self._to_confirm = self._frames_left = 0
+        self._to_confirm = self._frames_left = 0
         self._leds: tuple[int, ...] = ()
+        self._reset_counts()
+
+    def _reset_counts(self) -> None:
+        self._misses = self._unseen = self._confirmations = 0
         self._contradictions = self._checked = 0
         self._needs_pair = False
 
@@ -111,16 +113,13 @@ class PoseMonitor:
             leds: LEDs of the image it was solved from; as many must be detected again to confirm
                 it. None for a pose that needs no confirmation.
         """
-        self._misses = self._unseen = self._confirmations = 0
-        self._contradictions = self._checked = 0
-        self._needs_pair = False
+        self._reset_counts()
         pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
         self._leds = tuple(leds or ())
         self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
         self._frames_left = self._config.confirm_within_frames
-        if self._to_confirm == 0:
-            self.mode, self.reason = Mode.TRACKING, ''
-        else:
+        self.mode, self.reason = Mode.TRACKING, ''
+        if self._to_confirm:
             self.mode = Mode.CONFIRMING
             self.reason = f'a pose from {len(self._leds)} lights waits for confirmation'
 

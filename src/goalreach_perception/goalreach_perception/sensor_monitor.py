@@ -114,7 +114,7 @@ class SensorMonitor:
         last, self._odometry = self._odometry, odometry
         if last is None:
             return []
-        moved_m = math.hypot(odometry.x_m - last.x_m, odometry.y_m - last.y_m)
+        moved_m = _distance_m(odometry, last)
         return [f'odometry jumped by {moved_m:.2f} m'] if moved_m > _JUMP_M else []
 
     def _lost(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
@@ -142,13 +142,10 @@ class SensorMonitor:
             inside = low < u < width - low and low < v < height - low
             if seen is not None:
                 self._missing[led] = 0
-            if not inside or seen is not None:  # the count stays while it is out of view
-                continue
-            self._missing[led] += 1
-            if self._missing[led] % _DARK_FRAMES == 0:
-                lines.append(
-                    f'LED {led} is dark or hidden: not seen in {self._missing[led]} images'
-                )
+            elif inside:  # the count stays while it is out of view
+                self._missing[led] += 1
+                if (count := self._missing[led]) % _DARK_FRAMES == 0:
+                    lines.append(f'LED {led} is dark or hidden: not seen in {count} images')
         return lines
 
     def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
@@ -166,15 +163,16 @@ class SensorMonitor:
         if len(self._poses) <= _WINDOW:
             return []
         before, odometry_before = self._poses.pop(0)
-        moved_m = math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
-        odometry_m = math.hypot(
-            odometry.x_m - odometry_before.x_m, odometry.y_m - odometry_before.y_m
-        )
+        moved_m = _distance_m(pose, before)
         turned = angle_difference(odometry.heading_rad, odometry_before.heading_rad)
-        stood = odometry_m < _STOOD_M and abs(turned) < _STOOD_RAD
+        stood = _distance_m(odometry, odometry_before) < _STOOD_M and abs(turned) < _STOOD_RAD
         if not stood or moved_m < _MOVED_M:
             return []
         return [f'odometry stands still while the LEDs show {moved_m:.2f} m of motion']
+
+
+def _distance_m(one: Pose2, other: Pose2) -> float:
+    return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
 
 
 def _is_near(u_px: float, v_px: float, pixels: FloatArray) -> bool:

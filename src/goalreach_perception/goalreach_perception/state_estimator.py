@@ -61,12 +61,8 @@ class StateEstimatorConfig(Configuration):
     @classmethod
     def for_arena(cls, arena: Arena) -> StateEstimatorConfig:
         """Return the configuration for the regions and the goal of an arena."""
-        regions = arena.regions
-        return cls(
-            x_knots_m=regions.x_knots_m,
-            y_knots_m=regions.y_knots_m,
-            goal=region_name(regions.goal),
-        )
+        x_knots_m, y_knots_m = arena.regions.x_knots_m, arena.regions.y_knots_m
+        return cls(x_knots_m=x_knots_m, y_knots_m=y_knots_m, goal=region_name(arena.regions.goal))
 
     def region_map(self) -> RegionMap:
         """Return the regions of the knots with the goal.
@@ -74,9 +70,8 @@ class StateEstimatorConfig(Configuration):
         Raises:
             ConfigurationError: Knots or goal are invalid.
         """
-        return RegionMap(
-            x_knots_m=self.x_knots_m, y_knots_m=self.y_knots_m, goal=parse_region(self.goal)
-        )
+        goal = parse_region(self.goal)
+        return RegionMap(x_knots_m=self.x_knots_m, y_knots_m=self.y_knots_m, goal=goal)
 
 
 class StateEstimator:
@@ -115,11 +110,8 @@ class StateEstimator:
             return Confidence.STALE
         xx, xy, yy = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
         worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-        heading = float(covariance[2, 2])
-        certain = (
-            worst <= self._config.max_position_sigma_m**2
-            and heading <= self._config.max_heading_sigma_rad**2
-        )
+        certain = worst <= self._config.max_position_sigma_m**2
+        certain &= float(covariance[2, 2]) <= self._config.max_heading_sigma_rad**2
         return Confidence.OK if certain else Confidence.UNCERTAIN
 
 

@@ -28,14 +28,9 @@ class Axis:
     """
 
     def __init__(self, *, max_speed: float, acceleration: float) -> None:
-        self.position = 0.0
-        self.velocity = 0.0
-        self.max_speed = max_speed
-        self.speed = max_speed
+        self.max_speed = self.speed = max_speed
         self.acceleration = acceleration
-        self._plan: list[_Piece] = []
-        self._target = 0.0
-        self._goal: float | None = None
+        self.place(0.0)
 
     @property
     def piece_s(self) -> float:
@@ -56,8 +51,8 @@ class Axis:
         """Set the position, at rest."""
         self.position = position
         self.velocity = self._target = 0.0
-        self._goal = None
-        self._plan = []
+        self._goal: float | None = None
+        self._plan: list[_Piece] = []
 
     def go(self, velocity: float) -> None:
         """Ramp to a velocity, clipped to `max_speed`, and hold it.

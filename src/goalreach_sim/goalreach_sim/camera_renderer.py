@@ -139,9 +139,8 @@ class CameraRenderer:
         self._shape = (camera.height_px, camera.width_px)
         self._size = camera.height_px * camera.width_px
         self._normal = rng.standard_normal(self._size + _SPARE_NOISE, dtype=np.float32)
-        dark_dn = self._normal * np.float32(noise.read_noise_dn) + np.float32(
-            optics.dark_offset_dn
-        )
+        dark_dn = self._normal * np.float32(noise.read_noise_dn)
+        dark_dn += np.float32(optics.dark_offset_dn)
         self._dark_bank = np.clip(np.rint(dark_dn), 0.0, 255.0).astype(np.uint8)
 
     def render(self, pose: CameraPose) -> NDArray[np.uint8]:

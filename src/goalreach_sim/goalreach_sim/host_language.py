@@ -324,17 +324,14 @@ class HostBase:
     def odometry(self) -> Odometry:
         """Pose and velocity by the encoders, in `odom`; resolution 0.1 inch and 0.1 degree."""
         state = self._robot.state
-        return Odometry(
-            pose=Pose2(
-                x_m=state[STATE_CONF_X] * _TENTH_INCH_M,
-                y_m=state[STATE_CONF_Y] * _TENTH_INCH_M,
-                heading_rad=wrap_angle(state[STATE_CONF_STEER] * _TENTH_DEGREE_RAD),
-            ),
-            twist=Twist2(
-                linear_m_per_s=state[STATE_VEL_TRANS] * _TENTH_INCH_M,
-                steering_rad_per_s=state[STATE_VEL_STEER] * _TENTH_DEGREE_RAD,
-            ),
+        pose = Pose2(
+            x_m=state[STATE_CONF_X] * _TENTH_INCH_M,
+            y_m=state[STATE_CONF_Y] * _TENTH_INCH_M,
+            heading_rad=wrap_angle(state[STATE_CONF_STEER] * _TENTH_DEGREE_RAD),
         )
+        speed = state[STATE_VEL_TRANS] * _TENTH_INCH_M
+        rate = state[STATE_VEL_STEER] * _TENTH_DEGREE_RAD
+        return Odometry(pose=pose, twist=Twist2(linear_m_per_s=speed, steering_rad_per_s=rate))
 
     @property
     def turret_joint_rad(self) -> float:
