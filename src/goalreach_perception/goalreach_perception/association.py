@@ -156,8 +156,7 @@ def _solve(
         possible = np.flatnonzero(_inside(seeds, arena_size_m, _SEED_MARGIN_M))
     if len(possible) == 0:
         return None
-    guesses = seeds[possible]
-    first = geometry.project(guesses, geometry.offsets_m(guesses, leds[possible]), spots[possible])
+    _, first = geometry.project(seeds[possible], leds[possible], spots[possible])
     misfit_px = np.abs(first.pixels_px - pixels_px[spots[possible]]).max(axis=(1, 2))
     kept = np.argsort(misfit_px)[: min(_MOST_SOLVED, int((misfit_px < _LARGEST_MISFIT_PX).sum()))]
     if len(kept) == 0:
@@ -204,8 +203,7 @@ def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np
     if np.ptp(geometry.turns_rad) > 0.0:
         return False
     others = np.setdiff1d(np.arange(len(geometry.leds_m)), leds)[None, :]
-    offsets_m = geometry.offsets_m(pose[None, :], others)
-    seen = geometry.project(pose[None, :], offsets_m, np.zeros_like(others))
+    _, seen = geometry.project(pose[None, :], others, np.zeros_like(others))
     off_centre_px = np.abs(seen.pixels_px - geometry.lens.centre_px)
     inside = (off_centre_px < geometry.lens.centre_px - _BORDER_PX).all(axis=-1)
     return bool((inside & (seen.depth_m > BEHIND_M)).any())

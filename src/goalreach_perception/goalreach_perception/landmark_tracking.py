@@ -43,10 +43,6 @@ class MatchedLeds(NamedTuple):
         """LEDs, pixels and standard deviations, as `PoseFilter.correct` takes them."""
         return self.leds, self.pixels_px, self.spots.sigmas_px
 
-    def matched(self, rows: list[int], leds: NDArray[np.intp]) -> MatchedLeds:
-        """Return some of the spots, assigned to LEDs."""
-        return MatchedLeds(leds, self.spots.select(rows), self.pixels_px[rows], len(rows))
-
     def select(self, rows: list[int]) -> MatchedLeds:
         """Return some of the rows."""
         return MatchedLeds(

@@ -194,7 +194,8 @@ class LandmarkLocalizer:
             if start := self._acquisition.from_panorama(unmatched, joints, odometry, optics):
                 self._start(*start, leds=None)
             return None
-        matched = unmatched.matched(fix.spots.tolist(), fix.leds)
+        rows = fix.spots.tolist()
+        matched = MatchedLeds(fix.leds, spots.select(rows), unmatched.pixels_px[rows], len(rows))
         self._restart(fix, matched, joints, optics)
         return matched
 

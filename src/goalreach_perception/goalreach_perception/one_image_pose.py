@@ -63,31 +63,25 @@ class ImageGeometry:
     nuisance_covariance: FloatArray
     tilt_noise_rad: float
 
-    def offsets_m(self, poses: FloatArray, leds: NDArray[np.intp]) -> FloatArray:
-        """Return LEDs minus the optical centre, (m, k, 3).
-
-        Args:
-            poses: (m, 3) of x, y, azimuth.
-            leds: (m, k) indices of LEDs.
-        """
-        offsets_m = self.leds_m[leds]
-        offsets_m[..., :2] -= poses[:, None, :2]
-        offsets_m[..., 2] -= self.camera_height_m
-        return offsets_m
-
     def project(
-        self, poses: FloatArray, offsets_m: FloatArray, spots: NDArray[np.intp]
-    ) -> Projection:
+        self, poses: FloatArray, leds: NDArray[np.intp], spots: NDArray[np.intp]
+    ) -> tuple[FloatArray, Projection]:
         """Project LEDs from poses, each with the camera direction of its spot.
 
         Args:
             poses: (m, 3) of x, y, azimuth.
-            offsets_m: (m, k, 3) LEDs relative to the optical centre.
+            leds: (m, k) indices of LEDs.
             spots: (m, k) indices of the spots.
+
+        Returns:
+            LEDs minus the optical centre, (m, k, 3), and their projection.
         """
+        offsets_m = self.leds_m[leds]
+        offsets_m[..., :2] -= poses[:, None, :2]
+        offsets_m[..., 2] -= self.camera_height_m
         rotations = _rotations(poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots])
         single = project(offsets_m[:, :, None, :], rotations, self.lens)
-        return Projection(*(array[:, :, 0] for array in single))
+        return offsets_m, Projection(*(array[:, :, 0] for array in single))
 
 
 @dataclass(frozen=True)
@@ -158,14 +152,12 @@ def solve_poses(
     poses, measured_px = seeds.copy(), pixels_px[spots]
     derivatives = offset_derivatives(len(geometry.leds_m))[leds]
     variances = np.repeat(sigmas_px[spots] ** 2, 2, axis=1)
-    offsets_m = geometry.offsets_m(poses, leds)
-    projection = geometry.project(poses, offsets_m, spots)
+    offsets_m, projection = geometry.project(poses, leds, spots)
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)
     for iteration in range(1, iterations + 1):
         steps = _step(projection, offsets_m, measured_px, weights)
         poses += np.clip(steps, -_LARGEST_STEP, _LARGEST_STEP)
-        offsets_m = geometry.offsets_m(poses, leds)
-        projection = geometry.project(poses, offsets_m, spots)
+        offsets_m, projection = geometry.project(poses, leds, spots)
         if iteration >= _FEWEST_ITERATIONS and np.abs(steps).max() < _CONVERGED:
             break
     weights = _weights(geometry, projection, offsets_m, derivatives, variances)

@@ -81,15 +81,11 @@ class PanTiltHead:
         tilt_bias_rad: float,
         rng: np.random.Generator,
     ) -> None:
-        self.pan = Servo(
-            minimum_rad=config.pan_minimum_rad,
-            maximum_rad=config.pan_maximum_rad,
-            rate_rad_per_s=config.rate_rad_per_s,
-        )
-        self.tilt = Servo(
-            minimum_rad=config.tilt_minimum_rad,
-            maximum_rad=config.tilt_maximum_rad,
-            rate_rad_per_s=config.rate_rad_per_s,
+        pan_range_rad = config.pan_minimum_rad, config.pan_maximum_rad
+        tilt_range_rad = config.tilt_minimum_rad, config.tilt_maximum_rad
+        self.pan, self.tilt = (
+            Servo(minimum_rad=low, maximum_rad=high, rate_rad_per_s=config.rate_rad_per_s)
+            for low, high in (pan_range_rad, tilt_range_rad)
         )
         self._noise_rad = noise_rad
         self._pan_bias_rad = pan_bias_rad

@@ -98,14 +98,19 @@ def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tup
     Returns:
         20 flags: a sensor is pressed where its arc, ends included, covers a direction.
     """
-    pressed = set()
-    for direction_rad in directions_rad:
-        bearing_rad = direction_rad - base_yaw_rad
-        for index in range(BUMPER_COUNT):
-            offset_rad = angle_difference(bearing_rad, index * BUMPER_SPACING_RAD)
-            if abs(offset_rad) <= _HALF_ARC_RAD + _EDGE_RAD:
-                pressed.add(index)
-    return tuple(index in pressed for index in range(BUMPER_COUNT)) if pressed else _NONE_PRESSED
+    bearings_rad = [direction_rad - base_yaw_rad for direction_rad in directions_rad]
+    if not bearings_rad:
+        return _NONE_PRESSED
+    return tuple(
+        any(_covers(index, bearing_rad) for bearing_rad in bearings_rad)
+        for index in range(BUMPER_COUNT)
+    )
+
+
+def _covers(index: int, bearing_rad: float) -> bool:
+    """Return whether the arc of a sensor covers a direction seen from the base."""
+    offset_rad = angle_difference(bearing_rad, index * BUMPER_SPACING_RAD)
+    return abs(offset_rad) <= _HALF_ARC_RAD + _EDGE_RAD
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -157,10 +157,7 @@ class LockstepClock:
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
         self._gate = AcknowledgementGate(
-            node,
-            timing.consumer_names,
-            period_ns=period_ns,
-            on_room=self._step_if_answered,
+            node, timing.consumer_names, period_ns=period_ns, on_room=self._step_if_answered
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_POLL_S, self._on_timer, clock=steady)
@@ -206,9 +203,8 @@ class LockstepClock:
 
     def _await_graph(self, now_s: float) -> None:
         named = self._node.resolve_topic_name  # counting knows of no remapping
-        absent = {
-            node for t, node in _PUBLISHED.items() if not self._node.count_publishers(named(t))
-        }
+        count = self._node.count_publishers
+        absent = {node for t, node in _PUBLISHED.items() if not count(named(t))}
         absent.update(self._gate.absent)
         unheard = [t for t in _SUBSCRIBED if not self._node.count_subscribers(named(t))]
         if absent or unheard:
