@@ -66,9 +66,9 @@ def predict_leds(
     (ca, ct), (sa, st) = map(math.cos, axis_rad), map(math.sin, axis_rad)
     fx, fy, cx, cy = intrinsics_px
     pixels, rows, by_head, depths = array('d'), array('d'), array('d'), list[float]()
-    others = [0.0] * (3 * len(offsets_m))
-    columns = range(LEDS, LEDS + len(others), 3)
-    for column, (dx, dy, dz), (tx, ty, tz) in zip(columns, offsets_m, first_m, strict=True):
+    size = LEDS + 3 * len(offsets_m)
+    columns = range(LEDS, size, 3)
+    for column, (dx, dy, dz), first in zip(columns, offsets_m, first_m, strict=True):
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
         su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
@@ -77,18 +77,30 @@ def predict_leds(
         vx, vy, vz = kv * ca * rise, kv * sa * rise, -kv * (ct + sv * st)
         ray_u, ray_v = fx * su, fy * sv
         tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy
-        turn_u, turn_v = ux * ty - uy * tx, vx * ty - vy * tx
-        off_u, off_v = -(ux * tx + uy * ty + uz * tz), -(vx * tx + vy * ty + vz * tz)
-        row_u = [-ux, -uy, turn_u, turn_u, tilt_u, off_u, 0.0, -uz, ray_u, *others]
-        row_v = [-vx, -vy, turn_v, turn_v, tilt_v, off_v, 0.0, -vz, ray_v, *others]
-        row_u[column : column + 3] = ux, uy, uz
-        row_v[column : column + 3] = vx, vy, vz
-        rows.extend(row_u + row_v)
+        rows.extend(_state_row(size, column, (ux, uy, uz), first, by_tilt=tilt_u, by_focal=ray_u))
+        rows.extend(_state_row(size, column, (vx, vy, vz), first, by_tilt=tilt_v, by_focal=ray_v))
         by_head.extend((ux * dy - uy * dx, tilt_u, vx * dy - vy * dx, tilt_v))
         pixels.extend((cx + ray_u, cy + ray_v))
         depths.append(depth)
     by_state = np.frombuffer(rows).reshape(2 * len(depths), -1)
     return PredictedLeds(_pairs(pixels), depths, by_state, _pairs(by_head))
+
+
+def _state_row(
+    size: int,
+    column: int,
+    by_led: tuple[float, float, float],
+    first_m: Sequence[float],
+    *,
+    by_tilt: float,
+    by_focal: float,
+) -> list[float]:
+    """Return the derivative of u or v by the state; the LED's coordinates begin at `column`."""
+    (x, y, z), (tx, ty, tz) = by_led, first_m
+    turn, scale = x * ty - y * tx, -(x * tx + y * ty + z * tz)
+    row = [-x, -y, turn, turn, by_tilt, scale, 0.0, -z, by_focal, *([0.0] * (size - LEDS))]
+    row[column : column + 3] = by_led
+    return row
 
 
 def _pairs(numbers: array[float]) -> FloatArray:
