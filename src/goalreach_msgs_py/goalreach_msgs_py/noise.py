@@ -60,7 +60,8 @@ class NoiseModel(Configuration):
         return NoiseModel(**{**values, 'spot_sigma_px': self.spot_sigma_px})
 
 
-NOISE_PRESETS: Final = ('none', 'nominal', 'harsh')
+_FACTORS: Final = {'none': 0.0, 'nominal': 1.0, 'harsh': 2.0}
+NOISE_PRESETS: Final = tuple(_FACTORS)
 
 
 def noise_preset(name: str) -> NoiseModel:
@@ -72,7 +73,6 @@ def noise_preset(name: str) -> NoiseModel:
     Raises:
         ConfigurationError: There is no such preset.
     """
-    factors = {'none': 0.0, 'nominal': 1.0, 'harsh': 2.0}
-    if name not in factors:
+    if name not in _FACTORS:
         raise ConfigurationError('noise', name, 'one of ' + ', '.join(NOISE_PRESETS))
-    return NoiseModel().scaled(factors[name])
+    return NoiseModel().scaled(_FACTORS[name])

@@ -6,7 +6,7 @@ import pytest
 
 from goalreach_evaluation.figures.figure_file import write_animation
 from goalreach_evaluation.figures.paper_figures import course_tracks
-from goalreach_evaluation.figures.path_animation import Course, animate, at_constant_speed
+from goalreach_evaluation.figures.path_animation import animate, at_constant_speed
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 
@@ -25,7 +25,7 @@ def test_the_robot_has_constant_speed_and_stops_at_the_end() -> None:
 def test_an_animation_is_a_short_gif(tmp_path: Path) -> None:
     arena = Arena()
     tracks = course_tracks(arena, train(arena, rng=np.random.default_rng(7)).policy)
-    courses = [Course(label=name, points_m=track.points_m) for name, track in tracks.items()]
+    courses = {name: track.points_m for name, track in tracks.items()}
     path = write_animation(animate(arena, courses, 'Two paths'), tmp_path / 'new', 'path')
     assert path.name == 'path.gif'
     assert path.stat().st_size < 600_000

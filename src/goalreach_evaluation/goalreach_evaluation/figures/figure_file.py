@@ -9,10 +9,10 @@ import tempfile
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.animation import PillowWriter
+from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
-from goalreach_evaluation.figures.path_animation import FRAMES_PER_S, Animation
+from goalreach_evaluation.figures.path_animation import FRAMES_PER_S
 from goalreach_msgs_py.files import make_folder, write_bytes_atomically
 
 _PNG_DPI, _GIF_DPI = 160, 80
@@ -48,7 +48,7 @@ def write_figure(
     return tuple(files)
 
 
-def write_animation(animation: Animation, folder: Path, name: str) -> Path:
+def write_animation(animation: FuncAnimation, folder: Path, name: str) -> Path:
     """Write an animation as `NAME.gif`.
 
     Args:
@@ -66,6 +66,6 @@ def write_animation(animation: Animation, folder: Path, name: str) -> Path:
     path = folder / f'{name}.gif'
     with tempfile.TemporaryDirectory() as scratch, rc_context({'font.family': 'DejaVu Sans'}):
         drawn = Path(scratch) / path.name
-        animation.frames.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_GIF_DPI)
+        animation.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_GIF_DPI)
         write_bytes_atomically(path, drawn.read_bytes())
     return path

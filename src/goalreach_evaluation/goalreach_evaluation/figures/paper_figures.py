@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -29,7 +30,7 @@ from goalreach_evaluation.figures.arena_axes import (
     region_centre_in,
     to_inches,
 )
-from goalreach_evaluation.figures.path_animation import Animation, Course, animate
+from goalreach_evaluation.figures.path_animation import animate
 from goalreach_evaluation.summary_file import RecordedPath, RecordedRun
 from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track
 from goalreach_learning.policy import Policy
@@ -78,7 +79,7 @@ def paper_figures(
     return figures
 
 
-def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None) -> Animation:
+def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None) -> FuncAnimation:
     """Animate the longest path of a recorded run, or else a fuzzy and a crisp path.
 
     Args:
@@ -89,10 +90,9 @@ def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None)
     if run is not None:
         longest = max(run.paths, key=lambda path: len(path.points_m))
         label = f'{run.mode}, {longest.outcome}'
-        courses = [Course(label=label, points_m=longest.points_m)]
-        return animate(arena, courses, 'A path with the full sensor chain')
+        return animate(arena, {label: longest.points_m}, 'A path with the full sensor chain')
     tracks = course_tracks(arena, policy)
-    courses = [Course(label=name, points_m=track.points_m) for name, track in tracks.items()]
+    courses = {name: track.points_m for name, track in tracks.items()}
     return animate(arena, courses, 'From the same start, fuzzy and crisp (kinematic)')
 
 
@@ -184,9 +184,8 @@ def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
 
 
 def _kinematic_paths(arena: Arena, tracks: Sequence[Track], title: str) -> Figure:
-    figure, axes = arena_figure(arena, title)
-    _draw_paths(axes, [(track.points_m, track.outcome.value) for track in tracks])
-    return figure
+    paths = [(track.points_m, track.outcome.value) for track in tracks]
+    return _path_figure(arena, paths, title)
 
 
 def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
@@ -204,13 +203,13 @@ def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Fi
         paths: Paths of a recorded run.
         mode: How the heading was chosen.
     """
-    figure, axes = arena_figure(arena, f'Paths with the full sensor chain ({mode})')
-    _draw_paths(axes, [(path.points_m, path.outcome) for path in paths])
-    return figure
+    drawn = [(path.points_m, path.outcome) for path in paths]
+    return _path_figure(arena, drawn, f'Paths with the full sensor chain ({mode})')
 
 
-def _draw_paths(axes: Axes, paths: Sequence[tuple[FloatArray, str]]) -> None:
-    """Draw paths with a dot at the start and a mark of the outcome at the end."""
+def _path_figure(arena: Arena, paths: Sequence[tuple[FloatArray, str]], title: str) -> Figure:
+    """Return paths with a dot at the start and a mark of the outcome at the end."""
+    figure, axes = arena_figure(arena, title)
     for points_m, outcome in paths:
         points = np.asarray(points_m) / INCH_M
         reached = outcome == _GOAL
@@ -230,3 +229,4 @@ def _draw_paths(axes: Axes, paths: Sequence[tuple[FloatArray, str]]) -> None:
         failed: dict[str, Any] = {'color': VERMILION, 'marker': 'X', 'linestyle': '--'}
         handles.append(Line2D([], [], label='goal not reached', **failed))
     add_legend(axes, *handles)
+    return figure

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any, Final
 
 from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 import numpy as np
@@ -37,32 +35,6 @@ _STYLES: Final[tuple[dict[str, Any], ...]] = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Course:
-    """One path of an animation.
-
-    Attributes:
-        label: Its name in the legend.
-        points_m: Positions (n, 2) in `map`, metres.
-    """
-
-    label: str
-    points_m: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Animation:
-    """An animation with its figure, which must not be collected before it.
-
-    Attributes:
-        figure: The figure.
-        frames: The changes from frame to frame.
-    """
-
-    figure: Figure
-    frames: FuncAnimation
-
-
 def at_constant_speed(points_m: FloatArray, longest_m: float, frames: int) -> FloatArray:
     """Return the positions of a robot of constant speed; it stands once it has arrived.
 
@@ -81,22 +53,23 @@ def at_constant_speed(points_m: FloatArray, longest_m: float, frames: int) -> Fl
     return np.stack(columns, axis=1)
 
 
-def animate(arena: Arena, courses: Sequence[Course], title: str) -> Animation:
+def animate(arena: Arena, courses: Mapping[str, FloatArray], title: str) -> FuncAnimation:
     """Return the animation of up to two paths driven at the same speed.
 
     Args:
         arena: The arena.
-        courses: The paths.
+        courses: The paths by their names in the legend: positions (n, 2) in `map`, metres.
         title: Title.
     """
     figure, axes = arena_figure(arena, title)
     draw_region_names(axes, arena, size=7)
-    lengths_m = [float(np.hypot(*np.diff(c.points_m, axis=0).T).sum()) for c in courses]
-    tracks = [at_constant_speed(c.points_m, max(lengths_m), _FRAMES) for c in courses]
+    paths_m = courses.values()
+    longest_m = max(float(np.hypot(*np.diff(path_m, axis=0).T).sum()) for path_m in paths_m)
+    tracks = [at_constant_speed(path_m, longest_m, _FRAMES) for path_m in paths_m]
     robots = [_Robot(axes, style) for style in _STYLES[: len(courses)]]
     handles = [
-        Line2D([], [], label=course.label, **style)
-        for course, style in zip(courses, _STYLES, strict=False)
+        Line2D([], [], label=label, **style)
+        for label, style in zip(courses, _STYLES, strict=False)
     ]
     add_legend(axes, *handles)
 
@@ -108,10 +81,9 @@ def animate(arena: Arena, courses: Sequence[Course], title: str) -> Animation:
         pairs = zip(robots, tracks, strict=True)
         return [artist for robot, track in pairs for artist in robot.go(track[: shown + 1])]
 
-    frames = FuncAnimation(
+    return FuncAnimation(
         figure, draw, frames=_FRAMES + _HELD, interval=1000 / FRAMES_PER_S, blit=False
     )
-    return Animation(figure=figure, frames=frames)
 
 
 class _Robot:
