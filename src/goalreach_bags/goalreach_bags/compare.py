@@ -86,9 +86,9 @@ def _compare_field(name: str, first: Any, second: Any) -> FieldDifference | None
         return None
     worst = int(distances.argmax())
     amount = float(distances[worst])
-    if not isinstance(first, np.ndarray):
-        return _different(name, first, second, amount)
-    return _different(f'{name}[{worst}]', first.item(worst), second.item(worst), amount)
+    if isinstance(first, np.ndarray):
+        name, first, second = f'{name}[{worst}]', first.item(worst), second.item(worst)
+    return _different(name, first, second, amount)
 
 
 def _numbers(value: Any) -> NDArray[np.float64] | None:  # noqa: ANN401 - a field of any type

@@ -117,15 +117,12 @@ class McapScan:
             schemas = {0: 0}
             for number, schema in self.schemas.items():
                 schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)
-            channels = {
-                number: writer.register_channel(
-                    channel.topic,
-                    channel.message_encoding,
-                    schemas.get(channel.schema_id, 0),
-                    channel.metadata,
+            channels = {}
+            for number, channel in self.channels.items():
+                schema_id, encoding = schemas.get(channel.schema_id, 0), channel.message_encoding
+                channels[number] = writer.register_channel(
+                    channel.topic, encoding, schema_id, channel.metadata
                 )
-                for number, channel in self.channels.items()
-            }
             for record in self._sound_records():
                 if isinstance(record, Message):
                     record.channel_id = channels[record.channel_id]

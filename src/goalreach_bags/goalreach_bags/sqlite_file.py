@@ -273,8 +273,9 @@ class SqliteScan:
         Raises:
             OSError: The copy cannot be written.
         """
-        _copy(self.path, target)
         with _as_os_error(), closing(sqlite3.connect(target)) as base, base:
+            with _recovered(self.path) as source:
+                source.backup(base)
             base.execute('PRAGMA journal_mode=DELETE')
             base.execute('REINDEX')
             if _columns(base, 'metadata'):
@@ -285,14 +286,6 @@ class SqliteScan:
                     'UPDATE topics SET offered_qos_profiles = ? WHERE name = ?',
                     [(offers_to_text(topic.offers), topic.name) for topic in self.topics],
                 )
-
-
-def _copy(path: Path, target: Path) -> None:
-    """Copy a file with the journal of a killed process, if there is one."""
-    journal = path.with_name(f'{path.name}-journal')
-    if journal.exists():
-        shutil.copyfile(journal, target.with_name(f'{target.name}-journal'))
-    shutil.copyfile(path, target)
 
 
 def scan_sqlite(path: Path) -> SqliteScan:
@@ -319,7 +312,8 @@ def _recovered(path: Path) -> Iterator[sqlite3.Connection]:
         if journal.exists() and journal.stat().st_size:
             folder = stack.enter_context(TemporaryDirectory(dir=path.parent, prefix='.repair-'))
             source, mode = Path(folder) / path.name, 'mode=rw'
-            _copy(path, source)
+            shutil.copyfile(path, source)
+            shutil.copyfile(journal, source.with_name(journal.name))
         yield stack.enter_context(closing(_connect(source, mode)))
 
 
