@@ -74,19 +74,16 @@ class GraphHealth:
         topics_of: By node, the topics that only it publishes.
 
     Attributes:
+        nodes: Names of the nodes.
         topics: Rates by topic.
     """
 
     def __init__(self, topics_of: Mapping[str, tuple[str, ...]]) -> None:
-        self._topics_of = dict(topics_of)
+        self.nodes = tuple(topics_of)
+        self._topics_of = topics_of
         self._responded_s: dict[str, float] = {}
         self._down_s: dict[str, float] = {}
         self.topics: dict[str, TopicRate] = {}
-
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """Names of the nodes."""
-        return tuple(self._topics_of)
 
     def record_message(self, topic: str, now_s: float, number: int) -> None:
         """Record a message of a topic; see `TopicRate.record_message`."""

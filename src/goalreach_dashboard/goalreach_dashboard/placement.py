@@ -7,7 +7,7 @@ import math
 from typing import Final
 
 from goalreach_msgs_py.angles import wrap_angle
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import FACING_GOAL_WALL_RAD, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import is_number
 from goalreach_msgs_py.values import Pose2
@@ -15,7 +15,6 @@ from goalreach_msgs_py.values import Pose2
 _MAX_SPEED: Final = 100.0
 _MIN_SPEED: Final = 0.01
 _MIN_DRAG_CM: Final = 12.0
-_FACING_GOAL_WALL_RAD: Final = -math.pi / 2
 
 
 def checked_pose(x_m: object, y_m: object, heading_rad: object, arena: Arena) -> Pose2:
@@ -49,7 +48,7 @@ def dragged_pose(drag: object, arena: Arena) -> Pose2:
         raise ConfigurationError('place', drag, 'x, y, dx and dy')
     x, y, dx, dy = (checked_number(name, drag.get(name)) for name in ('x', 'y', 'dx', 'dy'))
     dragged = math.hypot(dx, dy) >= _MIN_DRAG_CM
-    heading_rad = wrap_angle(math.atan2(-dy, dx)) if dragged else _FACING_GOAL_WALL_RAD
+    heading_rad = wrap_angle(math.atan2(-dy, dx)) if dragged else FACING_GOAL_WALL_RAD
     return checked_pose(x / 100.0, arena.length_m - y / 100.0, heading_rad, arena)
 
 

@@ -67,11 +67,6 @@ def error_statistics(errors: Sequence[float]) -> dict[str, float]:
     }
 
 
-def _numbers() -> array[float]:
-    """Return an empty array: a path that ends by time-out has thousands of numbers."""
-    return array('d')
-
-
 @dataclass
 class PathMeter:
     """Measures one path tick by tick.
@@ -96,9 +91,10 @@ class PathMeter:
     _turning_rad: float = 0.0
     _max_step_rad: float = 0.0
     _under_way: bool = False
-    _position_errors_m: array[float] = field(default_factory=_numbers)
-    _heading_errors_rad: array[float] = field(default_factory=_numbers)
-    _trace_m: array[float] = field(default_factory=_numbers)
+    # Arrays: a path that ends by time-out has thousands of numbers.
+    _position_errors_m: array[float] = field(default_factory=lambda: array('d'))
+    _heading_errors_rad: array[float] = field(default_factory=lambda: array('d'))
+    _trace_m: array[float] = field(default_factory=lambda: array('d'))
 
     def add(
         self,

@@ -139,11 +139,9 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
             jitter = self.np_random.uniform(-self._jitter_m, self._jitter_m, 2)
             x_m, y_m = starts[int(start)].x_m + jitter[0], starts[int(start)].y_m + jitter[1]
             return self._environment.clamp(float(x_m), float(y_m))
-        point = np.asarray(start, dtype=np.float64)
-        in_goal = point.shape == (2,) and (
-            self._arena.regions.region_at(*point) == self._arena.regions.goal
-        )
-        if point.shape != (2,) or in_goal or not self._arena.is_free(*point):
+        regions, point = self._arena.regions, np.asarray(start, dtype=np.float64)
+        is_free = point.shape == (2,) and self._arena.is_free(*point)
+        if not is_free or regions.region_at(*point) == regions.goal:
             raise ConfigurationError('start', start, 'a free point outside the goal')
         return float(point[0]), float(point[1])
 

@@ -36,7 +36,7 @@ PAPER_STARTS = 22
 
 _BORDER_SAMPLES = 4000
 _START_CLEARANCE_M = 0.1
-_FACING_GOAL_WALL_RAD = -math.pi / 2
+FACING_GOAL_WALL_RAD = -math.pi / 2
 _MINIMUM_LANDMARKS = 3
 _LARGEST_M = 100.0
 """Longest side of an arena that the nodes accept. Chosen."""
@@ -74,7 +74,7 @@ def paper_starts(
     points = np.roll(points, -_end_of_gap(outside), axis=0)[: int(outside.sum())]
     chosen = points[((np.arange(count) + 0.5) * len(points) / count).astype(int)]
     return tuple(
-        Pose2(x_m=float(x), y_m=float(y), heading_rad=_FACING_GOAL_WALL_RAD)
+        Pose2(x_m=float(x), y_m=float(y), heading_rad=FACING_GOAL_WALL_RAD)
         for x, y in chosen.round(4)
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+import itertools
 import math
 from typing import Final
 
@@ -74,10 +75,9 @@ def arena_view(
 def _cells(arena: Arena) -> list[tuple[tuple[int, int], float, float]]:
     """Return each region with its centre in the picture."""
     cells = []
-    for i in range(len(X_LABELS)):
-        for j in range(len(Y_LABELS)):
-            x0, y0, x1, y1 = arena.regions.bounds((i, j))
-            cells.append(((i, j), *cm((x0 + x1) / 2, (y0 + y1) / 2, arena.length_m)))
+    for region in itertools.product(range(3), range(3)):
+        x0, y0, x1, y1 = arena.regions.bounds(region)
+        cells.append((region, *cm((x0 + x1) / 2, (y0 + y1) / 2, arena.length_m)))
     return cells
 
 

@@ -7,6 +7,7 @@ and 7 the optimal actions and paths driven by them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+import itertools
 from typing import Any
 
 from matplotlib.animation import FuncAnimation
@@ -155,18 +156,17 @@ def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[
 def optimal_actions(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 2, "Optimal actions learned": one arrow per region."""
     figure, axes = arena_figure(arena, 'Optimal actions learned')
-    for i in range(3):
-        for j in range(3):
-            action = policy.greedy_action((i, j))
-            x, y = region_centre_in(arena, (i, j))
-            if action is None:
-                text = _GOAL if (i, j) == policy.regions.goal else 'not learned'
-                axes.text(x, y, text, ha='center', va='center', fontsize=11)
-                continue
-            dx, dy = (_ARROW_IN / 2 * part for part in ACTION_DIRECTIONS[action])
-            style = {'arrowstyle': '-|>', 'color': BLUE, 'linewidth': 2.6, 'mutation_scale': 20}
-            axes.annotate('', (x + dx, y + dy), (x - dx, y - dy), arrowprops=style)
-            axes.text(x, y + 23, f'{ACTIONS_DEG[action]:.0f}°', ha='center', fontsize=9)
+    for region in itertools.product(range(3), range(3)):
+        action = policy.greedy_action(region)
+        x, y = region_centre_in(arena, region)
+        if action is None:
+            text = _GOAL if region == policy.regions.goal else 'not learned'
+            axes.text(x, y, text, ha='center', va='center', fontsize=11)
+            continue
+        dx, dy = (_ARROW_IN / 2 * part for part in ACTION_DIRECTIONS[action])
+        style = {'arrowstyle': '-|>', 'color': BLUE, 'linewidth': 2.6, 'mutation_scale': 20}
+        axes.annotate('', (x + dx, y + dy), (x - dx, y - dy), arrowprops=style)
+        axes.text(x, y + 23, f'{ACTIONS_DEG[action]:.0f}°', ha='center', fontsize=9)
     add_legend(axes)
     return figure
 
