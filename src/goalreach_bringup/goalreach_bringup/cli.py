@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Sequence
 import contextlib
 import importlib
+from importlib.metadata import version
 import os
 import signal
 import sys
@@ -31,6 +32,7 @@ COMMANDS: Final = (
     'dashboard',
     'bench',
     'ros2',
+    'doctor',
 )
 ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2')
 _STATUS_INTERRUPTED = 130
@@ -72,6 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog=_list_of_commands(),
     )
     parser.add_argument('command', metavar='COMMAND', choices=COMMANDS, help='see below')
+    parser.add_argument('--version', action='version', version=f'goalreach {version(_PROGRAM)}')
     parser.parse_args(given)
     return 0
 
