@@ -50,13 +50,8 @@ class SweepCase:
     @property
     def key(self) -> dict[str, Any]:
         """The fields `KEY` of this case."""
-        return {
-            'arena': self.arena_name,
-            'noise': self.noise_name,
-            'mode': self.mode,
-            'drives': self.drives,
-            'seed': self.seed,
-        }
+        values = (self.arena_name, self.noise_name, self.mode, self.drives, self.seed)
+        return dict(zip(KEY, values, strict=True))
 
 
 def drive_case(case: SweepCase) -> dict[str, Any]:

@@ -183,8 +183,7 @@ class CdrReader:
 
     def text(self) -> str:
         """Return a text."""
-        (text,) = self.texts(1)
-        return text
+        return self.texts(1)[0]
 
     def texts(self, count: int) -> list[str]:
         """Return several texts that follow one another."""

@@ -150,13 +150,13 @@ class InputMonitor:
             return None
         before_ns, last.stamp_ns, last.received_s = last.stamp_ns, stamp_ns, now_s
         problem = self._find_apart(topic, stamp_ns, now_s)
-        if problem is None and stamp_ns == before_ns:
+        if problem is not None or stamp_ns > before_ns:
+            return problem
+        if stamp_ns == before_ns:
             return InputProblem(topic=topic, kind='duplicate', text='a message came twice')
-        if problem is None and stamp_ns < before_ns:
-            early_s = (before_ns - stamp_ns) / _NS_PER_S
-            text = f'out of order: {early_s:.2f} s before the last'
-            return InputProblem(topic=topic, kind='order', text=text)
-        return problem
+        early_s = (before_ns - stamp_ns) / _NS_PER_S
+        text = f'out of order: {early_s:.2f} s before the last'
+        return InputProblem(topic=topic, kind='order', text=text)
 
     def _find_apart(self, topic: str, stamp_ns: int, now_s: float) -> InputProblem | None:
         for other, last in self._inputs.items():
