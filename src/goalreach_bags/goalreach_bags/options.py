@@ -9,7 +9,8 @@ import re
 from typing import Final
 
 from goalreach_bags.storage import STORAGES
-from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.files import read_text
 from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
 
 _BYTES_PER_MB: Final = 1_000_000
@@ -90,13 +91,6 @@ class StorageOptions(CommandOptions):
         return math.inf if self.max_duration is None else self.max_duration * _NS_PER_S
 
 
-def _read_text(path: str) -> str:
-    try:
-        return Path(path).read_text(encoding='utf-8')
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
-
-
 @dataclass(frozen=True, kw_only=True)
 class RecordOptions(CommandOptions):
     """Options of a recording."""
@@ -119,7 +113,7 @@ class RecordOptions(CommandOptions):
         hidden=True,
     )  # fmt: skip
     parameters: str = option(
-        '', 'parameter file of the run, kept in the bag as text', hidden=True, parse=_read_text
+        '', 'parameter file of the run, kept in the bag as text', hidden=True, parse=read_text
     )
 
 

@@ -78,16 +78,28 @@ def write_bytes_atomically(path: str | Path, content: bytes) -> None:
         raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
 
 
+def read_text(path: str | Path) -> str:
+    """Return the text of a UTF-8 file.
+
+    Raises:
+        FileFormatError: The file cannot be read or is not UTF-8 text.
+    """
+    try:
+        return Path(path).read_text(encoding='utf-8')
+    except OSError as error:
+        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+    except UnicodeDecodeError:
+        raise FileFormatError(path, 'is not UTF-8 text') from None
+
+
 def read_json(path: str | Path) -> Any:  # noqa: ANN401
     """Return the document of an untrusted JSON file.
 
     Raises:
-        FileFormatError: The file cannot be read or is not JSON.
+        FileFormatError: The file cannot be read, is not UTF-8 text or not JSON.
     """
     try:
-        return json.loads(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
+        return json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
         raise FileFormatError(path, f'is not JSON: {error}') from None
 
@@ -103,11 +115,7 @@ def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader)
         FileFormatError: The file cannot be read, is not UTF-8 text or not YAML.
     """
     try:
-        return load_yaml(Path(path).read_text(encoding='utf-8'), loader)
-    except OSError as error:
-        raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
-    except UnicodeDecodeError:
-        raise FileFormatError(path, 'is not UTF-8 text') from None
+        return load_yaml(read_text(path), loader)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         place = '' if mark is None else f' at line {mark.line + 1}'
