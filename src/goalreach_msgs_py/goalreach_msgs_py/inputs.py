@@ -15,8 +15,8 @@ _STALLED_S = 0.5
 """A node that was not served for this long reports it, seconds of the wall clock. Chosen."""
 _SILENT_S = 1.0
 """Silence that is reported, seconds of the wall clock. Chosen."""
-_APART_S = 0.3
-"""Difference of stamps that is reported, seconds of the graph's clock. Chosen."""
+_APART_NS = 300_000_000
+"""Difference of stamps that is reported, nanoseconds of the graph's clock. Chosen."""
 _RECENT_S = 0.2
 """Stamps are compared with inputs received this recently only: a silent one
 is reported as such. Chosen."""
@@ -160,13 +160,11 @@ class InputMonitor:
 
     def _find_apart(self, topic: str, stamp_ns: int, now_s: float) -> InputProblem | None:
         for other, last in self._inputs.items():
-            apart_s = (stamp_ns - last.stamp_ns) / _NS_PER_S
-            if other == topic or abs(apart_s) <= _APART_S:
+            apart_ns = stamp_ns - last.stamp_ns
+            if -_APART_NS <= apart_ns <= _APART_NS or now_s - last.received_s > _RECENT_S:
                 continue
-            if now_s - last.received_s > _RECENT_S:
-                continue
-            where = 'ahead of' if apart_s > 0 else 'behind'
-            text = f'{abs(apart_s):.2f} s {where} {other}'
+            where = 'ahead of' if apart_ns > 0 else 'behind'
+            text = f'{abs(apart_ns) / _NS_PER_S:.2f} s {where} {other}'
             return InputProblem(topic=topic, kind='apart', text=text)
         return None
 
