@@ -15,7 +15,7 @@ from _venv import say
 from colcon_workspace import Workspace
 
 TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis')
-WORKERS = 3  # of pytest: graphs in real time wait most of the time; chosen for two cores
+WORKERS = 2  # of pytest; a third one disturbs graphs in real time on two cores
 
 Step = tuple[str, Callable[[], tuple[bool, str]]]
 

@@ -8,11 +8,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import SetBool
+
+from goalreach_msgs_py.ros.node import StopRequest
 
 
 class Talker(Node):
@@ -51,20 +54,18 @@ class Talker(Node):
 
 
 def main() -> None:
-    rclpy.init()
+    # rclpy's own signal handler would invalidate the context in the middle of a callback.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    stop = StopRequest()
     node = Talker()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     sys.stdout.write('ready\n')
     sys.stdout.flush()
-    try:
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=0.25)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    while not stop.requested:
+        executor.spin_once(timeout_sec=0.25)
+    node.destroy_node()
+    rclpy.try_shutdown()
 
 
 if __name__ == '__main__':
