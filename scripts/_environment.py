@@ -17,7 +17,7 @@ import subprocess
 import sys
 from typing import NoReturn
 
-from _venv import SetupError, State, Venv, say
+from _venv import FOREIGN_VARIABLES, SetupError, State, Venv, say
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -35,14 +35,6 @@ DEPENDENCIES = {
 }
 
 DISTRIBUTION = 'jazzy'
-
-# They name another environment's libraries, and would hide those of the one that is started.
-FOREIGN_VARIABLES = (
-    '_ROS_WHEELS_BOOTSTRAP_COMPLETE',
-    'AMENT_PREFIX_PATH',
-    'LD_LIBRARY_PATH',
-    'PYTHONPATH',
-)
 
 
 def run(command: str) -> NoReturn:

@@ -24,16 +24,21 @@ MARKER_NAME = 'goalreach-setup'  # inside .venv: made here, and the locks that a
 BUILD_TOOLS = ('setuptools', 'uv', 'wheel')  # one dependency is a source distribution
 PIP_OPTIONS = ('--no-input', '--disable-pip-version-check', '--no-compile')
 LOCKED = ('--no-deps', '--no-build-isolation', '--require-hashes', '-r')
-# Settings of the caller's Python and pip that would lead an installation elsewhere.
-FOREIGN_SETTINGS = (
+# They name another environment's libraries, and would hide those of the one that is started.
+FOREIGN_VARIABLES = (
     '_ROS_WHEELS_BOOTSTRAP_COMPLETE',
+    'AMENT_PREFIX_PATH',
     'LD_LIBRARY_PATH',
+    'PYTHONPATH',
+)
+# With them, the settings of the caller's Python and pip that would lead an installation elsewhere.
+FOREIGN_SETTINGS = (
+    *FOREIGN_VARIABLES,
     'PIP_PREFIX',
     'PIP_ROOT',
     'PIP_TARGET',
     'PIP_USER',
     'PYTHONHOME',
-    'PYTHONPATH',
 )
 
 
@@ -92,8 +97,7 @@ class Venv:
         if not self._marker.is_file():
             empty = self.path.is_dir() and not any(self.path.iterdir())
             return State.INCOMPLETE if empty else State.FOREIGN
-        ready = self._fingerprint(self._group) in self._installed() and self.python.exists()
-        return State.READY if ready else State.INCOMPLETE
+        return State.READY if self._holds(self._group) else State.INCOMPLETE
 
     def ensure(self) -> None:
         """Make or complete the environment where needed; wait while another process makes it.
@@ -109,7 +113,7 @@ class Venv:
                     self._make()
 
     def _make(self) -> None:
-        extend = self._fingerprint('run') in self._installed() and self.python.exists()
+        extend = self._holds('run')
         started_s = time.monotonic()
         try:
             with _signals(lambda number, _: self._signals.append(number)):
@@ -189,8 +193,10 @@ class Venv:
         number = self._signals[0]
         raise InterruptedSetupError(f'interrupted by {signal.Signals(number).name}', 128 + number)
 
-    def _installed(self) -> list[str]:
-        return self._marker.read_text().split('\n') if self._marker.is_file() else []
+    def _holds(self, group: str) -> bool:
+        """Return whether a group is installed, from the present lock and in this place."""
+        installed = self._marker.read_text().split('\n') if self._marker.is_file() else []
+        return self._fingerprint(group) in installed and self.python.exists()
 
     def _fingerprint(self, group: str) -> str:
         """Return the marker's line of an installed group.
