@@ -25,7 +25,7 @@ import rclpy.utilities
 print(rclpy.utilities.get_rmw_implementation_identifier(), 'in', rclpy.__path__[0])
 """
 _LEAST_SHARED_MB: Final = 64
-"""Free shared memory that the images of one graph need, MB; measured."""
+"""Least free shared memory, MB: a segment of 16 MB (`fastdds.xml`) for each of four processes."""
 
 
 def execute(_: Any) -> int:  # noqa: ANN401 - the command has no options
@@ -53,10 +53,14 @@ def _installed() -> str:
 
 
 def _version(distribution: str) -> str:
+    return _find_version(distribution) or 'not installed by pip'
+
+
+def _find_version(distribution: str) -> str | None:
     try:
         return version(distribution)
     except PackageNotFoundError:
-        return 'not installed by pip'
+        return None
 
 
 def _ros() -> str:
@@ -91,19 +95,16 @@ def _shared_memory() -> str:
 
 
 def _page() -> str:
-    _require('nicegui', 'the live page', 'dashboard')
+    found = _find_version('nicegui')
+    if found is None:
+        raise GoalreachError('nicegui is missing; the live page needs the extra `dashboard`')
     with bind('127.0.0.1', None) as listener:
-        return f'nicegui {_version("nicegui")}, port {listener.getsockname()[1]} is free'
+        return f'nicegui {found}, port {listener.getsockname()[1]} is free'
 
 
 def _extras() -> str:
     names = ('gymnasium', 'distributed', 'pyarrow', 'stable-baselines3')
     return ', '.join(f'{name} {_version(name)}' for name in names)
-
-
-def _require(distribution: str, purpose: str, extra: str) -> None:
-    if _version(distribution) == 'not installed by pip':
-        raise GoalreachError(f'{distribution} is missing; {purpose} needs the extra `{extra}`')
 
 
 _FINDINGS: Final[dict[str, Callable[[], str]]] = {
