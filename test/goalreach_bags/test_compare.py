@@ -4,36 +4,21 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from goalreach_bags.compare import Recomputation, compare_bags, differences
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
-from small_bags import STORE, serialize, string_topic, text_message, texts, write_bag
-
-JOINTS = 'sensor_msgs/msg/JointState'
-
-
-def joints(position: list[float], frame: str = 'map') -> Any:  # noqa: ANN401
-    types: Any = STORE.types
-    stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=0)
-    empty = np.zeros(0)
-    return types[JOINTS](
-        header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame),
-        name=['a', 'b'],
-        position=np.array(position),
-        velocity=empty,
-        effort=empty,
-    )
-
-
-def status(**values: str) -> Any:  # noqa: ANN401
-    types: Any = STORE.types
-    pairs = [types['diagnostic_msgs/msg/KeyValue'](key=k, value=v) for k, v in values.items()]
-    return types['diagnostic_msgs/msg/DiagnosticStatus'](
-        level=0, name='n', message='m', hardware_id='h', values=pairs
-    )
+from small_bags import (
+    JOINTS,
+    joints,
+    serialize,
+    status,
+    string_topic,
+    text_message,
+    texts,
+    write_bag,
+)
 
 
 def found(first: Any, second: Any) -> list[tuple[str, float]]:  # noqa: ANN401

@@ -1,37 +1,12 @@
 """Messages as tables: columns, numbers and files."""
 
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 from goalreach_bags.export import MessageTable, write_table
 from goalreach_msgs_py.errors import ConfigurationError
-from small_bags import STORE
-
-JOINTS = 'sensor_msgs/msg/JointState'
-
-
-def joints(position: list[float], frame: str = 'map') -> Any:  # noqa: ANN401
-    types: Any = STORE.types
-    stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=0)
-    empty = np.zeros(0)
-    return types[JOINTS](
-        header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame),
-        name=['a', 'b'],
-        position=np.array(position),
-        velocity=empty,
-        effort=empty,
-    )
-
-
-def status(**values: str) -> Any:  # noqa: ANN401
-    types: Any = STORE.types
-    pairs = [types['diagnostic_msgs/msg/KeyValue'](key=k, value=v) for k, v in values.items()]
-    return types['diagnostic_msgs/msg/DiagnosticStatus'](
-        level=0, name='n', message='m', hardware_id='h', values=pairs
-    )
+from small_bags import joints, status
 
 
 def test_table_has_a_column_per_field_and_leaves_long_arrays_out() -> None:

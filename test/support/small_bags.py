@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from goalreach_bags.metadata import BagMetadata
@@ -13,6 +14,7 @@ from goalreach_bags.options import StorageOptions
 from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 
+JOINTS = 'sensor_msgs/msg/JointState'
 STRING = 'std_msgs/msg/String'
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -25,6 +27,29 @@ def text_message(text: str) -> bytes:
 def serialize(message: Any, type_name: str) -> bytes:  # noqa: ANN401 - any message
     """Return a message of rosbags' own types serialized."""
     return bytes(STORE.serialize_cdr(message, type_name))
+
+
+def joints(position: list[float], frame: str = 'map') -> Any:  # noqa: ANN401 - a message of rosbags' own types
+    """Return a sensor_msgs/JointState of two joints."""
+    types: Any = STORE.types
+    stamp = types['builtin_interfaces/msg/Time'](sec=1, nanosec=0)
+    empty = np.zeros(0)
+    return types[JOINTS](
+        header=types['std_msgs/msg/Header'](stamp=stamp, frame_id=frame),
+        name=['a', 'b'],
+        position=np.array(position),
+        velocity=empty,
+        effort=empty,
+    )
+
+
+def status(**values: str) -> Any:  # noqa: ANN401 - a message of rosbags' own types
+    """Return a diagnostic_msgs/DiagnosticStatus with texts by key."""
+    types: Any = STORE.types
+    pairs = [types['diagnostic_msgs/msg/KeyValue'](key=k, value=v) for k, v in values.items()]
+    return types['diagnostic_msgs/msg/DiagnosticStatus'](
+        level=0, name='n', message='m', hardware_id='h', values=pairs
+    )
 
 
 def string_topic(name: str = '/text', **changes: Any) -> BagTopic:  # noqa: ANN401
