@@ -210,7 +210,7 @@ def check_cycles(modules: Iterable[Module]) -> list[str]:
         if not leaves:
             break
         graph = {n: targets - leaves for n, targets in graph.items() if n not in leaves}
-    on_cycle = {n for n in graph if n in _reachable(n, graph)}
+    on_cycle = {n for n in graph if n in reachable(n, graph)}
     return [f'{name} imports itself again' for name in sorted(on_cycle)]
 
 
@@ -221,7 +221,8 @@ def _targets(module: Module, known: Mapping[str, Module]) -> Iterator[str]:
             yield target
 
 
-def _reachable(start: str, graph: Mapping[str, set[str]]) -> set[str]:
+def reachable(start: str, graph: Mapping[str, set[str]]) -> set[str]:
+    """Return the nodes of a graph that arrows lead to from one of them."""
     seen: set[str] = set()
     todo = [start]
     while todo:

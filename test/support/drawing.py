@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 import re
 
-from architecture import ALLOWED, LAB, PACKAGES, Module
+from architecture import ALLOWED, LAB, PACKAGES, Module, reachable
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / 'ARCHITECTURE.md'
@@ -42,7 +42,7 @@ def draw(imports: Mapping[str, set[str]]) -> str:
     lines = ['```mermaid', 'flowchart BT']
     for package, targets in imports.items():
         lines.append(f'    {package}')
-        indirect = {name for target in targets for name in _reachable(target, imports)}
+        indirect = {name for target in targets for name in reachable(target, imports)}
         lines += [f'    {package} --> {target}' for target in sorted(targets - indirect)]
     return '\n'.join([*lines, '```', ''])
 
@@ -51,16 +51,6 @@ def drawn() -> str:
     """Return the drawing that the document holds."""
     found = _BLOCK.search(DOCUMENT.read_text())
     return found[0] if found else ''
-
-
-def _reachable(start: str, imports: Mapping[str, set[str]]) -> set[str]:
-    found: set[str] = set()
-    todo = [start]
-    while todo:
-        new = imports[todo.pop()] - found
-        found |= new
-        todo += new
-    return found
 
 
 if __name__ == '__main__':
