@@ -15,7 +15,6 @@ from goalreach_msgs_py.regions import (
     DEFAULT_Y_KNOTS_M,
     GOAL_REGION,
     RegionMap,
-    memberships,
     parse_region,
     region_name,
 )
@@ -95,10 +94,11 @@ class StateEstimator:
         """
         x_m, y_m = pose.pose.x_m, pose.pose.y_m
         covariance = pose.covariance
+        mu_x, mu_y = self._regions.memberships_at(x_m, y_m)
         return RegionState(
             region=self._regions.region_at(x_m, y_m),
-            mu_x=memberships(x_m, self._config.x_knots_m),
-            mu_y=memberships(y_m, self._config.y_knots_m),
+            mu_x=mu_x,
+            mu_y=mu_y,
             pose=pose.pose,
             goal_probability=probability_in_rectangle((x_m, y_m), covariance, self._goal_bounds_m),
             confidence=self._confidence(covariance, age_s),
