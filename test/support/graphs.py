@@ -21,7 +21,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 
 _DOMAINS = itertools.count()
 _LOWEST_DOMAIN = 20
@@ -78,7 +78,7 @@ def onlooker(domain: int) -> Iterator[tuple[Node, Callable[[Callable[[], bool], 
 
     The function takes the condition and a time limit in seconds and returns whether it held.
     """
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+    use_profile(fast_dds_profile())
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain)
     node = Node('onlooker', context=context, enable_rosout=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import os
 from pathlib import Path
 import time
 from typing import Final
@@ -21,7 +20,7 @@ from goalreach_lab.faults.ros_gates import Gates, gate_rules, observe_graph
 from goalreach_lab.rigs.stack import Stack
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 
 _UP_S: Final = 30.0
 _SPIN_S: Final = 0.01
@@ -49,7 +48,7 @@ class FaultedGraph:
         """Prepare; nothing is started yet."""
         self._domain, self._speed, self._seed = domain, speed, seed
         self._log_directory = log_directory
-        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+        use_profile(fast_dds_profile())
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self.node = Node('fault_gate', context=self._context, enable_rosout=False)

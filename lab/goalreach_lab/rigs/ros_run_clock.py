@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-import os
 from pathlib import Path
 import re
 import tempfile
@@ -22,7 +21,7 @@ from goalreach_dashboard.ros.subscriptions import PolledSubscription, best_effor
 from goalreach_lab.rigs.stack import Stack, free_domains
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.topics import CLOCK
 from goalreach_sim.pacing import REPORT_S
 
@@ -42,7 +41,7 @@ class RunClock:
 
     def __init__(self, domain: int) -> None:
         """Join the graph."""
-        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+        use_profile(fast_dds_profile())
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain)
         self._node = Node('run_clock', context=self._context, enable_rosout=False)

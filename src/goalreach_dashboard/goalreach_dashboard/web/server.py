@@ -30,7 +30,7 @@ from goalreach_dashboard.web.controls import (
     add_read_only_note,
 )
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher
 
 _PERIOD_S: Final = 0.049
@@ -193,7 +193,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
     """
     terminate_with_launcher()
     os.nice(_NICENESS)
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', fast_dds_profile())
+    use_profile(fast_dds_profile())
     stop = StopRequest()
     port = int(listener.getsockname()[1])
     policy = AccessPolicy(port=port, token=token, local=local)

@@ -22,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, status_to_raw
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.ros.dds_profile import use_profile
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 from goalreach_msgs_py.ros.parameters import warn_of_unknown_parameters
 from goalreach_msgs_py.topics import DIAGNOSTICS
@@ -159,7 +160,7 @@ def ros_session(profile: str, arguments: Sequence[str] = ()) -> Iterator[ExitSta
     Yields:
         A stack for callbacks that clean up before rclpy is shut down.
     """
-    os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', profile)
+    use_profile(profile)
     rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ExitStack() as stack:

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from goalreach_bringup.ros2cli.arguments import TerminatedError
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_msgs_py.errors import CommandError
-from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
+from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE, use_profile
 
 _STEP_S: Final = 0.05
 """Longest sleep of the executor; chosen: much less than discovery, much more than a callback."""
@@ -36,10 +36,6 @@ _GUID_PREFIX: Final = 12
 
 _UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
 """Name in the graph of a node whose endpoint is known before its name."""
-
-_PROFILES_VARIABLE: Final = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-"""Announces this process often: of 20 commands each, the slowest found a default node after 2.5 s
-without it and after 0.5 s with it."""
 
 
 def add_session_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +73,7 @@ class Session:
         self._signal: int | None = None
 
     def __enter__(self) -> Session:  # noqa: PYI034 - Self is newer than Python 3.10
-        os.environ.setdefault(_PROFILES_VARIABLE, DISCOVERY_PROFILE)
+        use_profile(DISCOVERY_PROFILE)
         # A log file for every command would only fill the disk.
         rclpy.init(
             args=['--ros-args', '--disable-external-lib-logs'],
