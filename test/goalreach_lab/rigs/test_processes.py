@@ -79,7 +79,8 @@ def test_the_proportional_set_size_is_less_than_the_resident_one() -> None:
 
 def test_processor_time_is_that_of_this_process() -> None:
     before_s, meter = cpu_time_s(os.getpid()), CpuMeter([os.getpid()])
-    while cpu_time_s(os.getpid()) < before_s + 0.05:
+    # One tick of the kernel's clock more than is asserted: sums and differences of floats differ.
+    while cpu_time_s(os.getpid()) < before_s + 0.06:
         pass
     assert meter.used_s >= 0.05
     assert 0.0 < meter.cores < 2.0
