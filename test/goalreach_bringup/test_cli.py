@@ -32,6 +32,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
         (['run', '--seed', '-1'], '--seed = -1'),
         (['run', '--start', 'here'], "--start = 'here'"),
         (['run', '--policy', 'missing.json'], 'missing.json: cannot be read'),
+        (['run', '--learn', '--policy', 'paper'], "--policy = 'paper': must be a file to learn"),
         (['run', '--params-file', 'missing.yaml'], 'missing.yaml: cannot be read'),
         (['run', '--summary', '/missing/out.json'], '/missing/out.json: cannot be written'),
         (['evaluate', '--json', '/missing/out.json'], '/missing/out.json: cannot be written'),

@@ -1,5 +1,6 @@
 """The arenas that come with the project, and the policies that fit them."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -82,3 +83,18 @@ def test_train_and_evaluate_in_another_arena(
     assert main(['evaluate', '--arena', 'narrow', *options]) == 0
     assert main(['evaluate', *options]) == 2
     assert 'the arena paper has' in capsys.readouterr().err
+
+
+def test_the_policy_of_the_project_is_chosen_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    options = ['--starts', 'random:2', '--quiet', '--json', 'r.json']
+    assert main(['evaluate', '--policy', 'paper', *options]) == 0
+    assert json.loads(Path('r.json').read_text())['policy'] == 'paper'
+    assert main(['figures', '--policy', 'paper', '--format', 'png']) == 0
+    assert main(['evaluate', '--policy', './paper', *options]) == 2
+    assert main(['run', '--policy', 'paper', '--arena', 'narrow', '--paths', '1']) == 2
+    wrong = capsys.readouterr().err.splitlines()
+    assert 'paper: cannot be read' in wrong[-2]
+    assert 'the arena narrow has' in wrong[-1]

@@ -35,6 +35,18 @@ def test_file_is_as_documented(tmp_path: Path, learned: Policy) -> None:
     assert document['learning']['alpha'] == 0.3
 
 
+def test_a_name_wins_over_a_file_of_that_name(
+    tmp_path: Path, learned: Policy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shipped = read_policy('paper')
+    write_policy('paper', learned)
+    assert np.array_equal(read_policy('paper').q, shipped.q)
+    for file in ('./paper', Path('paper')):
+        assert np.array_equal(read_policy(file).q, learned.q)
+    assert not np.array_equal(shipped.q, learned.q)
+
+
 def test_another_goal_survives(tmp_path: Path) -> None:
     policy = Policy.unlearned(RegionMap(goal=(2, 2)))
     write_policy(tmp_path / 'p.json', policy)

@@ -73,7 +73,7 @@ def evaluate(
     The result is that of the command `goalreach evaluate` with the same seed.
 
     Args:
-        policy: The policy or its file; None to learn one first.
+        policy: The policy, its name ('paper') or its file; None to learn one first.
         arena: As in `train`; the policy must have been learned on its regions.
         starts: 'paper' for the 22 of the paper, 'random:N' over the floor, 'border:N' along the
             walls, or poses: `Pose2`, or x and y in metres and the heading in degrees.
@@ -116,7 +116,7 @@ def simulate(
     until the next frame. The last one has the `result` of the path.
 
     Args:
-        policy: The policy or its file; None to learn one first.
+        policy: The policy, its name ('paper') or its file; None to learn one first.
         start: `Pose2`, or x and y in metres and the heading in degrees; the arena's first start
             if None.
         arena: As in `evaluate`, like `noise` and `mode`.

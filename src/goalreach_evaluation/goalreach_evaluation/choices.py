@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from goalreach_learning.policy import Policy
-from goalreach_learning.policy_file import read_policy
+from goalreach_learning.policy_file import policy_names, read_policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
@@ -35,6 +35,12 @@ def arena_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself retur
     """Return the option `--arena` of a command, a text."""
     text = f'arena to drive in: {", ".join(arena_names())}, or a YAML file'
     return option('paper', text, metavar='NAME|FILE')
+
+
+def policy_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
+    """Return the option `--policy` of a command that reads a policy, a text or None."""
+    text = f'policy to drive: {", ".join(policy_names())}, or a file; without it, learns one first'
+    return option(None, text, metavar='NAME|FILE')
 
 
 def arena_names() -> list[str]:
@@ -102,10 +108,10 @@ def read_noise(path: Path | str) -> NoiseModel:
 
 
 def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int) -> Policy:
-    """Return a policy given by file or as an object, or learn one for an arena.
+    """Return a policy given by name, by file or as an object, or learn one for an arena.
 
     Args:
-        policy: The policy or its file; None to learn one.
+        policy: The policy, its name or its file; None to learn one.
         arena: Arena to drive in.
         seed: Seed of the learning phase.
 

@@ -128,7 +128,7 @@ class EvaluationRequest:
     """What to evaluate, by name, by file or as objects.
 
     Attributes:
-        policy: Policy or its file; None to learn one first.
+        policy: Policy, its name or its file; None to learn one first.
         arena: Name, file or object.
         starts: 'paper', 'random:N', 'border:N' or poses in `map`.
         noise: Name of a preset, file or object.

@@ -31,7 +31,7 @@ class MissionConfig(Configuration):
     """The paths to drive, and the policy to drive them with."""
 
     policy: str = parameter(
-        '', "Policy file; empty: learn one at the start by the paper's procedure, without noise"
+        '', "Policy, by name or file; empty: learn one by the paper's procedure, without noise"
     )
     policy_out: str = parameter(
         '', 'Policy file to write after every path while learning; empty: none'

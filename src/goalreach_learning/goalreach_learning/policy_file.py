@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import resources
 import json
 from pathlib import Path
 from typing import Any
@@ -21,19 +22,38 @@ _VERSION = 1
 _SHAPE = (3, 3, 8)
 _ANGLE_TOLERANCE_RAD = 1e-6
 _MOST_VISITS = 2**53
+_POLICIES = Path(str(resources.files('goalreach_learning'))) / 'config' / 'policies'
+
+
+def policy_names() -> list[str]:
+    """Return the names of the policies that come with the project.
+
+    `paper` is what `goalreach train --seed 7` writes.
+    """
+    return sorted(path.stem for path in _POLICIES.glob('*.json'))
+
+
+def find_policy(policy: Path | str) -> Path:
+    """Return the file of a policy given by name or by file.
+
+    Args:
+        policy: One of `policy_names`, or a file. A name wins over a file of the same name in the
+            working folder, which `./paper` names.
+    """
+    return _POLICIES / f'{policy}.json' if policy in policy_names() else Path(policy)
 
 
 def read_policy(path: Path | str) -> Policy:
-    """Read a policy file.
+    """Read a policy, from a file or by the name of one that comes with the project.
 
     Args:
-        path: The file.
+        path: The name or the file, as for `find_policy`.
 
     Raises:
         FileFormatError: The file cannot be read or is not a policy; the message names file, field
             and value.
     """
-    document = read_json(path)
+    document = read_json(path := find_policy(path))
     try:
         return _policy(document)
     except GoalreachError as error:

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from goalreach_bringup.cli import main
-from goalreach_learning.policy_file import read_policy
+from goalreach_learning.policy_file import find_policy, policy_names, read_policy
 
 
 def test_writes_a_policy_that_reaches_the_goal(
@@ -41,6 +41,12 @@ def test_same_seed_same_file(tmp_path: Path) -> None:
     for name in ('a', 'b'):
         main(['train', '--seed', '2', '--out', str(tmp_path / name)])
     assert (tmp_path / 'a').read_bytes() == (tmp_path / 'b').read_bytes()
+
+
+def test_the_policy_of_the_project_is_made_by_the_command(tmp_path: Path) -> None:
+    assert policy_names() == ['paper']
+    assert main(['train', '--seed', '7', '--out', str(tmp_path / 'p.json'), '--quiet']) == 0
+    assert find_policy('paper').read_bytes() == (tmp_path / 'p.json').read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from goalreach_evaluation.choices import arena_option
+from goalreach_evaluation.choices import arena_option, policy_option
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.options import SeededOptions, option
 
@@ -16,7 +16,7 @@ SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, wi
 class Options(SeededOptions):
     """Options of the command."""
 
-    policy: Path | None = option(None, 'policy to drive; without it, learns one first')
+    policy: str | None = policy_option()
     mode: str = option('fuzzy', 'how the heading is chosen', choices=MODES)
     arena: str = arena_option()
     starts: str = option(

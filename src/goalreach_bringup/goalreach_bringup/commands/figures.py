@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from goalreach_evaluation.choices import arena_option
+from goalreach_evaluation.choices import arena_option, policy_option
 from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ SUMMARY = 'Draw every figure of the paper from a policy and an evaluation, as SV
 class Options(SeededOptions):
     """Options of the command."""
 
-    policy: Path | None = option(None, 'policy file; without it, learns one')
+    policy: str | None = policy_option()
     evaluation: Path | None = option(
         None, 'file of `evaluate --json` or `run --summary`, for the paths with all sensors'
     )
@@ -53,7 +53,7 @@ def execute(options: Options) -> int:
     policy = choose_policy(options.policy, arena, options.seed)
     recorded = None if options.evaluation is None else read_recorded_run(options.evaluation)
     driven = _drive(options, policy) if options.drive and recorded is None else recorded
-    origin = options.policy.name if options.policy else f'learned with seed {options.seed}'
+    origin = Path(options.policy).name if options.policy else f'learned with seed {options.seed}'
     endings = ('svg', 'png') if options.format == 'both' else (options.format,)
     for name, figure in paper_figures(arena, policy, driven, origin=origin).items():
         for file in write_figure(figure, options.out, name, endings):

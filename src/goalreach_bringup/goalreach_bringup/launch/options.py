@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from goalreach_bags.storage import STORAGES
-from goalreach_evaluation.choices import arena_option
+from goalreach_evaluation.choices import arena_option, policy_option
 from goalreach_learning.blending import MODES
+from goalreach_learning.policy_file import policy_names
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS
 from goalreach_msgs_py.options import SeededOptions, option
@@ -46,7 +47,7 @@ class RunOptions(SeededOptions):
     seed: int = option(
         0, 'seed of everything random, for a repeatable run', minimum=0, maximum=2**31 - 1
     )
-    policy: Path | None = option(None, 'policy to drive; without it, learns one first')
+    policy: str | None = policy_option()
     mode: str | None = option(None, 'how the heading is chosen (default: fuzzy)', choices=MODES)
     paths: int = option(0, 'number of paths; 0: until Ctrl-C', minimum=0)
     arena: str = arena_option()
@@ -61,7 +62,7 @@ class RunOptions(SeededOptions):
     speed: float | None = option(None, 'multiple of real time, with --clock realtime')
     noise: str = option('nominal', 'sensor errors', choices=NOISE_PRESETS)
     learn: bool = option(
-        False, 'learn over the live graph, into --policy; continues where the file ends'
+        False, 'learn over the live graph, into the file --policy; continues where it ends'
     )
     record: Path | None = option(None, 'record every topic into a bag', metavar='DIR')
     storage: str = option('mcap', 'storage format of the bag', choices=STORAGES)
@@ -79,3 +80,9 @@ class RunOptions(SeededOptions):
     )
     summary: Path | None = option(None, 'write the summary of the run', metavar='JSON')
     quiet: bool = option(False, 'show errors only')
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.learn and self.policy in policy_names():
+            allowed = f'a file to learn into, such as ./{self.policy}'
+            raise ConfigurationError('--policy', self.policy, allowed)

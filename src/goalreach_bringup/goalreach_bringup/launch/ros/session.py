@@ -34,7 +34,7 @@ from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
 from goalreach_evaluation.summary_file import summarise, write_summary
 from goalreach_learning.policy import Policy
-from goalreach_learning.policy_file import write_policy
+from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.ros.dds_profile import open_to_network
@@ -81,7 +81,7 @@ class RunSession:
             require_new_bag(options.record)
         user = read_parameters(options.params_file, NODES) if options.params_file else {}
         directory = make_run_directory()
-        policy_path = options.policy or directory / 'policy.json'
+        policy_path = find_policy(options.policy or directory / 'policy.json')
         if options.learn:
             trials = int(user.get(CONTROLLER, {}).get('learning.trials', 0))
             self._learning = LearningRun.begin(policy_path, self._arena, trials=trials)
