@@ -14,7 +14,7 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, IndexType, Writer
+from mcap.writer import CompressionType, IndexType
 import pytest
 import yaml
 from zstandard import ZstdError
@@ -22,40 +22,17 @@ from zstandard import ZstdError
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import BagError
-from goalreach_bags.topic import DEFAULT_OFFER, message_definition
-from small_bags import STRING, text_message, texts, write_bag
-
-COUNT = 60
-UNKNOWN = struct.pack('<BQ', 0x80, 5) + b'mine!'
-QOS_8 = (
-    '- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n'
-    '  deadline: {sec: 9223372036, nsec: 854775807}\n'
-    '  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n'
-    '  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n'
-    '  avoid_ros_namespace_conventions: false\n'
+from goalreach_bags.topic import DEFAULT_OFFER
+from small_bags import (
+    FOREIGN_COUNT,
+    QOS_8,
+    STRING,
+    UNKNOWN_RECORD,
+    text_message,
+    texts,
+    write_bag,
+    write_foreign,
 )
-
-
-def write_foreign(path: Path, **options: Any) -> None:  # noqa: ANN401 - options of mcap's writer
-    """Write a ROS topic and a schemaless one, an attachment, metadata and an unknown record."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open('wb') as stream:
-        writer = Writer(stream, chunk_size=4000, **options)
-        writer.start('ros2', library='somebody')
-        definition = message_definition(STRING).encode()
-        schema = writer.register_schema(STRING, 'ros2msg', definition)
-        qos = {'offered_qos_profiles': QOS_8}
-        text = writer.register_channel('/text', 'cdr', schema, qos)
-        json = writer.register_channel('/json', 'json', 0)
-        writer.add_attachment(1, 2, 'notes.txt', 'text/plain', b'remember')
-        writer.add_metadata('mine', {'a': 'b'})
-        for number in range(COUNT):
-            data = text_message(f'{number:06d}' + 'x' * 300)
-            writer.add_message(text, 1000 + number, data, 1000 + number, number)
-            writer.add_message(json, 1000 + number, b'{}', 1000 + number, number)
-        writer.flush()  # type: ignore[no-untyped-call]
-        stream.write(UNKNOWN)
-        writer.finish()  # type: ignore[no-untyped-call]
 
 
 def combinations() -> Iterator[dict[str, Any]]:
@@ -104,9 +81,9 @@ def test_healthy_file_is_left_alone_and_read_whole(
 
     result = repair_bag(tmp_path / 'bag')
 
-    assert (result.messages, result.damage) == (2 * COUNT, {})
+    assert (result.messages, result.damage) == (2 * FOREIGN_COUNT, {})
     assert path.read_bytes() == before
-    assert counted(tmp_path / 'bag') == {'/text': COUNT, '/json': COUNT}
+    assert counted(tmp_path / 'bag') == {'/text': FOREIGN_COUNT, '/json': FOREIGN_COUNT}
     assert repair_bag(tmp_path / 'bag').was_sound
 
 
@@ -136,15 +113,15 @@ def test_damaged_file_keeps_what_mcap_can_read(tmp_path: Path, options: dict[str
 def test_records_that_are_not_understood_are_carried_over(tmp_path: Path) -> None:
     path = tmp_path / 'bag' / 'a.mcap'
     write_foreign(path)
-    end = path.read_bytes().index(UNKNOWN) + len(UNKNOWN)
+    end = path.read_bytes().index(UNKNOWN_RECORD) + len(UNKNOWN_RECORD)
     path.write_bytes(path.read_bytes()[:end])
 
     result = repair_bag(tmp_path / 'bag', replace_files=True)
 
-    assert 'a.mcap: it was not closed by its recorder' in str(result)
+    assert 'a.mcap: no footer: it was not closed by its recorder' in str(result)
     assert sorted(file.name for file in path.parent.iterdir()) == ['a.mcap', 'metadata.yaml']
-    assert counted(tmp_path / 'bag') == {'/text': COUNT, '/json': COUNT}
-    assert UNKNOWN in path.read_bytes()
+    assert counted(tmp_path / 'bag') == {'/text': FOREIGN_COUNT, '/json': FOREIGN_COUNT}
+    assert UNKNOWN_RECORD in path.read_bytes()
     with path.open('rb') as stream:
         reader = make_reader(stream, validate_crcs=True)
         assert [a.data for a in reader.iter_attachments()] == [b'remember']
@@ -182,7 +159,7 @@ def test_chunk_with_an_impossible_length_is_left_out(tmp_path: Path) -> None:
 
     result = repair_bag(tmp_path / 'bag')
 
-    assert 0 < 2 * COUNT - result.messages < COUNT
+    assert 0 < 2 * FOREIGN_COUNT - result.messages < FOREIGN_COUNT
     assert sum(counted(tmp_path / 'bag').values()) == result.messages
 
 

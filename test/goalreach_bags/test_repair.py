@@ -18,9 +18,9 @@ from mcap.reader import make_reader
 from mcap.records import ChunkIndex
 import pytest
 
-from goalreach_bags.reader import BagReader, storage_files
+from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.storage import BagError
+from goalreach_bags.storage import BagError, storage_files
 from small_bags import texts, write_bag
 
 WRITER = """
@@ -174,7 +174,7 @@ def test_damaged_chunk_alone_is_lost(tmp_path: Path, number: int) -> None:
     result = repair_bag(tmp_path / 'bag')
 
     assert result.messages == 32
-    assert 'bag_0.mcap: the record at byte' in str(result)
+    assert 'bag_0.mcap: chunk ' in str(result)
     assert (tmp_path / 'bag' / 'bag_0.mcap.damaged').read_bytes() == bytes(data)
     assert repair_bag(tmp_path / 'bag').was_sound
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+import struct
 from typing import Any
 
+from mcap.writer import Writer
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
@@ -17,6 +19,15 @@ from goalreach_bags.writer import BagWriter
 JOINTS = 'sensor_msgs/msg/JointState'
 STRING = 'std_msgs/msg/String'
 STORE = get_typestore(Stores.ROS2_JAZZY)
+FOREIGN_COUNT = 60
+UNKNOWN_RECORD = struct.pack('<BQ', 0x80, 5) + b'mine!'
+QOS_8 = (
+    '- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n'
+    '  deadline: {sec: 9223372036, nsec: 854775807}\n'
+    '  lifespan: {sec: 9223372036, nsec: 854775807}\n  liveliness: 1\n'
+    '  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n'
+    '  avoid_ros_namespace_conventions: false\n'
+)
 
 
 def text_message(text: str) -> bytes:
@@ -86,3 +97,25 @@ def texts(count: int, size: int = 10) -> list[tuple[str, int, bytes]]:
     return [
         ('/text', 1_000_000 * (k + 1), text_message(f'{k:06d}' + 'x' * size)) for k in range(count)
     ]
+
+
+def write_foreign(path: Path, **options: Any) -> None:  # noqa: ANN401 - options of mcap's writer
+    """Write a ROS topic and a schemaless one, an attachment, metadata and an unknown record."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open('wb') as stream:
+        writer = Writer(stream, chunk_size=4000, **options)
+        writer.start('ros2', library='somebody')
+        definition = message_definition(STRING).encode()
+        schema = writer.register_schema(STRING, 'ros2msg', definition)
+        qos = {'offered_qos_profiles': QOS_8}
+        text = writer.register_channel('/text', 'cdr', schema, qos)
+        json = writer.register_channel('/json', 'json', 0)
+        writer.add_attachment(1, 2, 'notes.txt', 'text/plain', b'remember')
+        writer.add_metadata('mine', {'a': 'b'})
+        for number in range(FOREIGN_COUNT):
+            data = text_message(f'{number:06d}' + 'x' * 300)
+            writer.add_message(text, 1000 + number, data, 1000 + number, number)
+            writer.add_message(json, 1000 + number, b'{}', 1000 + number, number)
+        writer.flush()  # type: ignore[no-untyped-call]
+        stream.write(UNKNOWN_RECORD)
+        writer.finish()  # type: ignore[no-untyped-call]

@@ -40,6 +40,9 @@ _COMPRESSIONS: Final = {
     'lz4': CompressionType.LZ4,
     'zstd': CompressionType.ZSTD,
 }
+_PROBLEMS: Final = 3
+"""So many problems are shown; the others are counted."""
+
 _KNOWN: Final = frozenset(Opcode)
 _DAMAGE: Final = (
     McapError,
@@ -79,7 +82,7 @@ class McapScan:
         channels: Channels by number.
         metadata: Copy of the bag's metadata, or empty.
         distro: ROS distribution, or empty.
-        damage: Why the file needs repair; empty for a sound file.
+        problems: Why the file needs repair; none for a sound file.
         dropped_bytes: Bytes of records that are not sound.
         compressed: Whether each message is compressed by itself: not in this format.
     """
@@ -90,11 +93,24 @@ class McapScan:
     channels: dict[int, Channel] = field(default_factory=dict)
     metadata: str = ''
     distro: str = ''
-    damage: str = ''
+    problems: list[str] = field(default_factory=list)
     dropped_bytes: int = 0
     compressed: bool = False
     _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
     _compression: str = ''
+    _chunks: set[int] = field(default_factory=set)
+    _indexed: set[int] = field(default_factory=set)
+
+    @property
+    def indexed(self) -> bool:
+        """Whether its chunks, if it has any, can be found by an index."""
+        return bool(self._indexed)
+
+    @property
+    def damage(self) -> str:
+        """Why the file needs repair, on one line; empty for a sound file."""
+        more = len(self.problems) - _PROBLEMS
+        return '; '.join(self.problems[:_PROBLEMS]) + (f'; {more} more' if more > 0 else '')
 
     @property
     def topics(self) -> tuple[BagTopic, ...]:
@@ -150,8 +166,15 @@ class McapScan:
             elif isinstance(record, Metadata) and record.name == BAG_METADATA:
                 self.metadata = record.metadata.get(COPY_KEY, '')
         found = self.span.message_count
-        if not self.damage and promised not in (None, found):
-            self.damage = f'it holds {found} of the {promised} messages that its summary counts'
+        if not self.problems and promised not in (None, found):
+            self._add_problem(f'its statistics promise {promised} messages and {found} are there')
+        if self._indexed and self._indexed != self._chunks:
+            missing, wrong = len(self._chunks - self._indexed), len(self._indexed - self._chunks)
+            self._add_problem(f'{missing} chunks have no index, {wrong} indexes have no chunk')
+
+    def _add_problem(self, problem: str) -> None:
+        if problem not in self.problems:
+            self.problems.append(problem)
 
     def _read_summary(self, stream: BinaryIO) -> int | None:
         """Check the end of the file; return the number of messages that the summary counts."""
@@ -159,30 +182,31 @@ class McapScan:
         end = size - len(MAGIC) - _FOOTER.size
         stream.seek(max(0, end))
         tail = stream.read()
-        self.damage = NOT_CLOSED
         if end < 0 or not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
+            self._add_problem(f'no footer: {NOT_CLOSED}')
             return None
         _, _, start, _, checksum = _FOOTER.unpack_from(tail)
         stream.seek(min(start or end, end))
         if checksum and crc32(stream.read()[: -_CRC_BYTES - len(MAGIC)]) != checksum:
-            self.damage = 'the check sum of its summary is wrong'
+            self._add_problem('the CRC of its summary is wrong')
             return None
         try:
             stream.seek(0)
             summary = make_reader(stream).get_summary()
-        except _DAMAGE:
-            self.damage = 'its summary cannot be read'
+        except _DAMAGE as error:
+            self._add_problem(f'its summary cannot be read: {str(error) or type(error).__name__}')
             return None
-        self.damage = ''
         if summary is None:
             return None
         self.schemas.update(summary.schemas)
         self.channels.update(summary.channels)
+        self._indexed = {index.chunk_start_offset for index in summary.chunk_indexes}
         return summary.statistics.message_count if summary.statistics else None
 
     def _sound_records(self) -> Iterator[McapRecord | bytes]:
         """Yield the sound records of the data and of its chunks, unknown ones as bytes."""
         self.dropped_bytes = 0
+        self._chunks.clear()
         size = self.path.stat().st_size
         with self.path.open('rb') as stream:
             end = stream.seek(len(MAGIC))
@@ -190,10 +214,14 @@ class McapScan:
                 if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                     return
                 end = offset + _HEAD.size + len(content)
+                if opcode == Opcode.CHUNK:
+                    self._chunks.add(offset)
                 try:
                     yield from self._parse(opcode, content)
-                except _DAMAGE:
-                    self.damage = f'the record at byte {offset} is damaged'
+                except _DAMAGE as error:
+                    record = f'chunk {len(self._chunks)}' if opcode == Opcode.CHUNK else 'record'
+                    reason = str(error) or type(error).__name__
+                    self._add_problem(f'{record} at byte {offset}: {reason}')
                     self.dropped_bytes += end - offset
             self.dropped_bytes += size - end
 
@@ -212,8 +240,8 @@ class McapScan:
 
     def _parse_chunk(self, chunk: Chunk) -> list[McapRecord]:
         if chunk.compression not in _COMPRESSIONS:
-            problem = f'is compressed with {chunk.compression}, which is not known here'
-            raise BagError(self.path, problem)
+            problem = f'compression {chunk.compression!r} of its chunks is not known'
+            raise BagError(self.path, f'{problem}: lz4 and zstd are')
         self._compression = chunk.compression
         if not chunk.compression and len(chunk.data) != chunk.uncompressed_size:
             raise ValueError('a chunk is not of the size that it names')

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import yaml
 
-from goalreach_bags.storage import BagError, FileSpan
+from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
 from goalreach_bags.topic import BagTopic, offers_to_list, parse_offers
 from goalreach_msgs_py.files import load_yaml, write_text_atomically
 
@@ -31,6 +31,7 @@ class BagMetadata:
         total: All messages.
         compression_mode: 'MESSAGE' or 'FILE' where each message or file is compressed, else
             empty: compression inside an MCAP file is not part of the metadata.
+        compression_format: How they are compressed, as rosbag2 names it: 'zstd', or empty.
         custom: Texts of the program that recorded.
         distro: ROS distribution, or empty.
         version: Version of the metadata's format.
@@ -41,6 +42,7 @@ class BagMetadata:
     files: tuple[FileSpan, ...]
     total: FileSpan
     compression_mode: str = ''
+    compression_format: str = 'zstd'
     custom: Mapping[str, str] = field(default_factory=dict)
     distro: str = ROS_DISTRO
     version: int = METADATA_VERSION
@@ -113,63 +115,58 @@ def read_metadata(directory: Path) -> BagMetadata:
     """Read `metadata.yaml`.
 
     Raises:
-        BagError: It cannot be read, is damaged, or of an unknown version.
+        BagError: It cannot be read, or is damaged.
     """
     path = directory / METADATA_NAME
     try:
         text = path.read_text(encoding='utf-8', errors='replace')
     except OSError as error:
         raise BagError(path, f'cannot be read: {error.strerror}') from None
-    metadata = parse_metadata(directory, text)
+    metadata = parse_metadata(text)
     if metadata is None:
         raise BagError(path, 'is not the metadata of a bag')
     return metadata
 
 
-def parse_metadata(directory: Path, text: str) -> BagMetadata | None:
+def parse_metadata(text: str) -> BagMetadata | None:
     """Return the metadata in the text of `metadata.yaml`, or of a copy in a storage file.
 
+    Of a newer version than is known here, the fields that are known are read.
+
     Args:
-        directory: The bag.
         text: YAML.
 
     Returns:
         The metadata; None where the text is something else.
-
-    Raises:
-        BagError: It is of an unknown version.
     """
     try:
         document = load_yaml(text)
-        return _parse(directory, document.get(_ROOT, document))
+        return _parse(document.get(_ROOT, document))
     except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError):
         return None
 
 
-def _parse(directory: Path, document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
+def _parse(document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
     version = int(document['version'])
-    if version > METADATA_VERSION:
-        known = f'versions to {METADATA_VERSION} are known'
-        raise BagError(directory, f'is of version {version}: {known}')
     custom = document.get('custom_data')
-    first_ns = int(document['starting_time']['nanoseconds_since_epoch'])
+    first_ns = int(document.get('starting_time', {}).get('nanoseconds_since_epoch', NO_TIME_NS))
     mode = str(document.get('compression_mode') or '').upper()
-    listed = document['topics_with_message_count'] or ()
-    counts = {str(e['topic_metadata']['name']): int(e['message_count']) for e in listed}
+    listed = document.get('topics_with_message_count') or ()
+    counts = {str(e['topic_metadata']['name']): int(e.get('message_count', 0)) for e in listed}
+    names = document.get('relative_file_paths') or [f['path'] for f in document['files']]
     return BagMetadata(
         storage=str(document['storage_identifier']),
         topics=tuple(_topic(entry['topic_metadata']) for entry in listed),
         # To version 3 the names begin with the bag's directory; only their last part counts.
-        files=tuple(
-            FileSpan(name=PurePosixPath(name).name) for name in document['relative_file_paths']
-        ),
+        files=tuple(FileSpan(name=PurePosixPath(name).name) for name in names),
         total=FileSpan(
             name='',
             counts=Counter(counts),
             first_ns=first_ns,
-            last_ns=first_ns + int(document['duration']['nanoseconds']),
+            last_ns=first_ns + int(document.get('duration', {}).get('nanoseconds', 0)),
         ),
         compression_mode='' if mode == 'NONE' else mode,
+        compression_format=str(document.get('compression_format') or ''),
         custom={str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
         distro=str(document.get('ros_distro') or ''),
         version=version,
@@ -183,5 +180,5 @@ def _topic(document: Any) -> BagTopic:  # noqa: ANN401 - as YAML gives it
         type_hash=str(document.get('type_description_hash') or ''),
         offers=parse_offers(document.get('offered_qos_profiles')),
         definition='',
-        serialization=str(document['serialization_format']),
+        serialization=str(document.get('serialization_format', 'cdr')),
     )

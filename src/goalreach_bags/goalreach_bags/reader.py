@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+import logging
 from pathlib import Path
 import shutil
 from tempfile import TemporaryDirectory
@@ -13,12 +14,23 @@ from typing import Final
 
 import zstandard
 
+from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.mcap_file import McapReader
-from goalreach_bags.metadata import METADATA_NAME, BagMetadata, read_metadata, total_span
+from goalreach_bags.metadata import (
+    METADATA_NAME,
+    METADATA_VERSION,
+    BagMetadata,
+    read_metadata,
+    total_span,
+)
 from goalreach_bags.sqlite_file import SqliteReader
-from goalreach_bags.storage import SUFFIXES, BagError
+from goalreach_bags.storage import BagError, storage_files
 from goalreach_bags.topic import merge_topics
 
+_FRAME_HEAD_BYTES: Final = 18
+"""Longest header of a zstd frame."""
+
+_LOG: Final = logging.getLogger(__name__)
 _StorageReader = McapReader | SqliteReader
 _READERS: Final[Mapping[str, type[_StorageReader]]] = {
     'mcap': McapReader,
@@ -39,12 +51,6 @@ class BagMessage:
     topic: str
     time_ns: int
     data: bytes
-
-
-def storage_files(path: Path) -> list[Path]:
-    """Return the storage files in a bag's directory, in the order of their numbers."""
-    files = [file for suffix in SUFFIXES.values() for file in path.glob(f'*{suffix}')]
-    return sorted(files, key=lambda file: (len(file.name), file.name))
 
 
 class BagReader(ExitStack):
@@ -131,13 +137,9 @@ class BagReader(ExitStack):
             promised = sum(counts.get(name, 0) for name in topics)
             if found < promised:
                 problem = f'holds {found} of the {promised} messages that its {source} promise'
-                raise BagError(self.path, f'{problem}; goalreach record --repair may help')
+                raise BagError(self.path, _with_advice(self.path, problem))
 
     def _open(self, file: Path, opened: ExitStack) -> _StorageReader:
-        if not file.exists():
-            raise BagError(self.path, f'lacks its file {file.name}')
-        if self.metadata.storage not in _READERS:
-            raise BagError(self.path, f'is stored as {self.metadata.storage}, which is not known')
         reader = _READERS[self.metadata.storage](file)
         opened.callback(reader.close)
         return reader
@@ -149,8 +151,12 @@ class BagReader(ExitStack):
             return paths
         folder = Path(opened.enter_context(TemporaryDirectory(prefix='goalreach-')))
         for path in paths:
-            with zstandard.open(path, 'rb') as source, (folder / path.stem).open('wb') as target:
-                shutil.copyfileobj(source, target)
+            with path.open('rb') as source, (folder / path.stem).open('wb') as target:
+                size = zstandard.frame_content_size(source.read(_FRAME_HEAD_BYTES))
+                source.seek(0)
+                shutil.copyfileobj(zstandard.open(source, 'rb'), target)
+                if target.tell() < size:
+                    raise BagError(self.path, f'{path.name}: its zstd frame is cut short')
         return [folder / path.stem for path in paths]
 
 
@@ -161,20 +167,40 @@ def _read_metadata(path: Path) -> BagMetadata:
         raise BagError(path, 'is not a bag: a bag is a directory')
     if not (path / METADATA_NAME).exists():
         if storage_files(path):
-            problem = f'has no {METADATA_NAME}: goalreach record --repair writes it'
-            raise BagError(path, problem)
-        raise BagError(path, f'is not a bag: it holds no {METADATA_NAME}')
-    return read_metadata(path)
+            raise BagError(path, _with_advice(path, f'has no {METADATA_NAME}'))
+        zstd = '; files that are compressed as a whole need it' if any(path.glob('*.zstd')) else ''
+        raise BagError(path, f'is not a bag: it holds no {METADATA_NAME}{zstd}')
+    metadata = read_metadata(path)
+    if metadata.storage not in _READERS:
+        problem = f'storage plug-in {metadata.storage!r} is not known'
+        raise BagError(path, f'{problem}: {" and ".join(_READERS)} are')
+    if metadata.compression_mode and metadata.compression_format != 'zstd':
+        problem = f'compression {metadata.compression_format!r} is not known'
+        raise BagError(path, f'{problem}: zstd is')
+    for file in metadata.files:
+        if not (path / file.name).exists():
+            raise BagError(path, f'lacks its file {file.name}')
+    if metadata.version > METADATA_VERSION:
+        known = f'versions to {METADATA_VERSION} are known; what else it says is not read'
+        _LOG.warning('%s: is of version %d: %s', path / METADATA_NAME, metadata.version, known)
+    return metadata
+
+
+def _with_advice(path: Path, problem: str) -> str:
+    problems, advice = inspect_bag(path)
+    return f'{problem}; {advice}' if problems and advice else problem
 
 
 @contextmanager
 def _one_line(path: Path) -> Iterator[None]:
-    """Turn any error that a damaged file causes into one line."""
+    """Turn any error that a damaged file causes into one line that says what is the matter."""
     try:
         yield
     except (BagError, GeneratorExit, KeyboardInterrupt):
         raise
     except Exception as error:  # noqa: BLE001 - damage shows in many ways
         lines = str(error).strip().splitlines() or [type(error).__name__]
-        problem = f'is damaged or cut short ({lines[0].rstrip(".")})'
-        raise BagError(path, f'{problem}; goalreach record --repair may help') from None
+        problems, advice = inspect_bag(path)
+        known = '; '.join(filter(None, (*problems[:3], advice)))
+        problem = known if problems else f'cannot be read: {lines[0].rstrip(".")}'
+        raise BagError(path, problem) from None

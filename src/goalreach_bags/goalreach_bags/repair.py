@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from goalreach_bags.mcap_repair import McapScan, is_truncated_header, scan_mcap
-from goalreach_bags.metadata import (
-    METADATA_NAME,
-    BagMetadata,
-    metadata_text,
-    parse_metadata,
-    total_span,
-    write_metadata,
-)
-from goalreach_bags.reader import BagReader, storage_files
-from goalreach_bags.sqlite_file import SqliteScan, is_truncated_database, scan_sqlite
-from goalreach_bags.storage import NOT_CLOSED, SUFFIXES, BagError
-from goalreach_bags.topic import merge_topics
+from goalreach_bags.inspection import BagScan, StorageScan, scan_bag
+from goalreach_bags.metadata import METADATA_NAME, metadata_text, write_metadata
+from goalreach_bags.reader import BagReader
+from goalreach_bags.storage import NOT_CLOSED, BagError
 from goalreach_bags.writer import FLUSH_S
 
-_STORAGES: Final = {suffix: storage for storage, suffix in SUFFIXES.items()}
-_StorageScan = McapScan | SqliteScan
 _JOURNAL: Final = '-journal'
 
 
@@ -55,7 +45,7 @@ class RepairResult:
         lost = []
         if self.dropped_bytes:
             lost.append(f'{self.dropped_bytes} bytes of unfinished or damaged records')
-        if NOT_CLOSED in self.damage.values():
+        if any(NOT_CLOSED in problem for problem in self.damage.values()):
             lost.append(f'messages not written yet, of the last {FLUSH_S:g} s')
         found = ''.join(f'; {name}: {problem}' for name, problem in self.damage.items())
         return f'{self.path}: repaired: {holds}; lost: {" and ".join(lost) or "nothing"}{found}'
@@ -73,39 +63,26 @@ def repair_bag(path: Path, *, replace_files: bool = False) -> RepairResult:
     Raises:
         BagError: It is no bag, or holds nothing that could be repaired.
     """
-    if not path.is_dir():
-        raise BagError(path, 'is not a bag: a bag is a directory')
-    files = storage_files(path)
-    if not files:
-        raise BagError(path, 'is not a bag: it holds no .mcap and no .db3 file')
-    if len({file.suffix for file in files}) > 1:
-        raise BagError(path, 'holds both .mcap and .db3 files')
     try:
-        return _repair(path, files, replace_files=replace_files)
+        return _repair(scan_bag(path), replace_files=replace_files)
     except OSError as error:
         raise BagError(path, f'cannot be repaired: {error.strerror or error}') from None
 
 
-def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResult:
-    # The recorder may have been killed while it began its next file.
-    empty = [files.pop()] if len(files) > 1 and _is_truncated(files[-1]) else []
-    scans: list[_StorageScan] = [
-        scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
-    ]
-    existing = _existing_metadata(path)
-    metadata = _metadata(path, scans, existing)
-    damaged = [scan for scan in scans if scan.damage]
-    was_sound = not damaged and not empty and existing is not None and _agree(existing, metadata)
+def _repair(scan: BagScan, *, replace_files: bool) -> RepairResult:
+    path, damaged, metadata = scan.path, scan.damaged, scan.metadata
+    was_sound = not scan.problems
     if not was_sound:
-        aside = [*empty, *(scan.path for scan in damaged)]
+        scan.require_known_version()
+        aside = [*scan.unfinished, *(file.path for file in damaged)]
         if (path / METADATA_NAME).exists():
             aside.append(path / METADATA_NAME)
         _require_free_names(path, aside)
         _write_repaired(damaged, metadata_text(metadata))
         for file in aside:
             _move(file, file.with_name(f'{file.name}.damaged'))
-        for scan in damaged:
-            _repaired(scan.path).rename(scan.path)
+        for repaired in damaged:
+            _repaired(repaired.path).rename(repaired.path)
         write_metadata(path, metadata)
         with BagReader(path) as bag:
             deque(bag.messages(), maxlen=0)  # reads them all
@@ -116,13 +93,13 @@ def _repair(path: Path, files: list[Path], *, replace_files: bool) -> RepairResu
         path=path,
         messages=metadata.total.message_count,
         duration_s=metadata.total.duration_ns * 1e-9,
-        damage={scan.path.name: scan.damage for scan in damaged},
-        dropped_bytes=sum(scan.dropped_bytes for scan in scans),
+        damage={file.path.name: file.damage for file in damaged},
+        dropped_bytes=sum(file.dropped_bytes for file in scan.files),
         was_sound=was_sound,
     )
 
 
-def _write_repaired(scans: list[_StorageScan], metadata: str) -> None:
+def _write_repaired(scans: Sequence[StorageScan], metadata: str) -> None:
     """Write the repaired files, all or none."""
     try:
         for scan in scans:
@@ -131,56 +108,6 @@ def _write_repaired(scans: list[_StorageScan], metadata: str) -> None:
         for scan in scans:
             _repaired(scan.path).unlink(missing_ok=True)
         raise
-
-
-def _is_truncated(file: Path) -> bool:
-    return is_truncated_header(file) if file.suffix == '.mcap' else is_truncated_database(file)
-
-
-def _existing_metadata(path: Path) -> BagMetadata | None:
-    """Return the contents of metadata.yaml; None where it is missing or damaged.
-
-    Raises:
-        BagError: It is of a newer version, which a repair would lose.
-    """
-    if not (path / METADATA_NAME).exists():
-        return None
-    text = (path / METADATA_NAME).read_text(encoding='utf-8', errors='replace')
-    return parse_metadata(path, text)
-
-
-def _metadata(path: Path, scans: list[_StorageScan], existing: BagMetadata | None) -> BagMetadata:
-    """Return metadata for the contents of the files, with all that only older metadata says."""
-    copies = [parse_metadata(path, scan.metadata) for scan in scans]
-    known = [metadata for metadata in (existing, *reversed(copies)) if metadata is not None]
-    custom: dict[str, str] = {}
-    for metadata in reversed(known):
-        custom.update(metadata.custom)
-    compressed = any(scan.compressed for scan in scans)
-    distros = [*(m.distro for m in known), *(scan.distro for scan in scans)]
-    spans = tuple(scan.span for scan in scans)
-    topics = merge_topics(topic for source in (*scans, *known) for topic in source.topics)
-    return BagMetadata(
-        storage=_STORAGES[scans[0].path.suffix],
-        topics=tuple(topics.values()),
-        files=spans,
-        total=total_span(spans),
-        compression_mode='MESSAGE' if compressed else '',
-        custom=custom,
-        distro=next(filter(None, distros), ''),
-    )
-
-
-def _agree(existing: BagMetadata, metadata: BagMetadata) -> bool:
-    """Return whether metadata.yaml describes what the files hold."""
-    mine, found = existing.total, metadata.total
-    return (
-        [file.name for file in existing.files] == [file.name for file in metadata.files]
-        and {name: n for name, n in mine.counts.items() if n} == dict(found.counts)
-        and (not found.counts or (mine.first_ns, mine.last_ns) == (found.first_ns, found.last_ns))
-        and existing.storage == metadata.storage
-        and existing.compression_mode == metadata.compression_mode
-    )
 
 
 def _repaired(file: Path) -> Path:

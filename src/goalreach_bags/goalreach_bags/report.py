@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from rich.console import Console
 from rich.table import Column, Table
 
 from goalreach_bags.compare import TopicComparison, TopicResult
+from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import CLOCK_KEY, PARAMETERS_KEY, lost_messages
 
 _NS = 1e-9
 
 
-def show_bag(bag: BagReader) -> None:
-    """Print the contents of a bag in short."""
+_DECODED: Final = ('ros2msg', 'ros2idl', '')
+_CHECKED_BYTES: Final = 256_000_000
+"""Bags up to this size are read whole without being asked, in seconds. Chosen."""
+
+
+def show_bag(bag: BagReader, *, check: bool | None) -> None:
+    """Print the contents of a bag in short, and what is the matter with it.
+
+    Args:
+        bag: The bag.
+        check: Whether to read all of it, check sums included; None: unless it is large.
+    """
     out = Console(highlight=False, markup=False)
     metadata, size_mb = bag.metadata, bag.size * 1e-6
     lasts_s = (bag.last_ns - bag.first_ns) * _NS
@@ -30,6 +42,7 @@ def show_bag(bag: BagReader) -> None:
         ('clock', {'sim': '/clock', 'wall': 'wall'}.get(clock, 'unknown')),
         ('time', f'{bag.first_ns * _NS:.3f} s to {bag.last_ns * _NS:.3f} s: {lasts_s:.3f} s'),
         ('messages', f'{sum(bag.counts.values())}, lost {sum(lost.values())}'),
+        ('state', _state(bag, check=bag.size <= _CHECKED_BYTES if check is None else check)),
         ('parameters', 'those of the run are kept' if known else 'unknown'),
     ):
         out.print(f'{name + ":":<12}{value}', soft_wrap=True)
@@ -39,6 +52,18 @@ def show_bag(bag: BagReader) -> None:
         rate = f'{(count - 1) / lasts_s:.2f}' if lasts_s > 0.0 and count > 1 else ''
         table.add_row(name, topic.type_name, str(count), rate, str(lost.get(name, 0)))
     out.print(table)
+    for name, topic in sorted(bag.topics.items()):
+        if topic.serialization != 'cdr' or topic.encoding not in _DECODED:
+            kinds = f'message encoding {topic.serialization!r}, schema encoding {topic.encoding!r}'
+            out.print(f'{name} cannot be decoded here: {kinds}', soft_wrap=True)
+
+
+def _state(bag: BagReader, *, check: bool) -> str:
+    if not check:
+        return 'not checked: --check reads all of it'
+    problems, advice = inspect_bag(bag.path)
+    state = '' if advice.startswith('not checked') else 'sound'
+    return ('\n' + 12 * ' ').join(filter(None, [*(problems or [state]), advice]))
 
 
 def show_comparison(comparisons: Sequence[TopicComparison]) -> None:

@@ -253,6 +253,7 @@ class SqliteScan:
         compressed: Whether each message is compressed.
         metadata: Copy of the bag's metadata, or empty.
         distro: ROS distribution, or empty.
+        indexed: True.
         dropped_bytes: None: SQLite itself undoes what was not committed.
     """
 
@@ -263,6 +264,7 @@ class SqliteScan:
     compressed: bool
     metadata: str
     distro: str
+    indexed: bool = True
     dropped_bytes: int = 0
 
     def write_repaired(self, target: Path, metadata: str) -> None:

@@ -76,6 +76,12 @@ class FileSpan:
         return max(0, self.last_ns - self.first_ns)
 
 
+def storage_files(path: Path) -> list[Path]:
+    """Return the storage files in a bag's directory, in the order of their numbers."""
+    files = [file for suffix in SUFFIXES.values() for file in path.glob(f'*{suffix}')]
+    return sorted(files, key=lambda file: (len(file.name), file.name))
+
+
 def require_new_bag(path: Path) -> None:
     """Refuse to overwrite a file or directory.
 

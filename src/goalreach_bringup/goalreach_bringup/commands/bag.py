@@ -18,9 +18,18 @@ _REFERENCE_START = '0.6,2.0,-90'
 
 @dataclass(frozen=True, kw_only=True)
 class BagOptions(CommandOptions):
-    """Options of `bag info`."""
+    """The bag that a sub-command reads."""
 
     bag: Path = option(REQUIRED, 'the bag', positional=True, metavar='DIR')
+
+
+@dataclass(frozen=True, kw_only=True)
+class InfoOptions(BagOptions):
+    """Options of `bag info`."""
+
+    check: bool | None = option(
+        None, 'read all of the bag, check sums included (default: up to 256 MB)'
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,12 +69,12 @@ class CompareOptions(CommandOptions):
     ignore_times: bool = option(False, 'compare the messages, not their times')
 
 
-def _info(options: BagOptions) -> int:
+def _info(options: InfoOptions) -> int:
     from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_bag
 
     with BagReader(options.bag) as bag:
-        show_bag(bag)
+        show_bag(bag, check=options.check)
     return 0
 
 
@@ -138,7 +147,7 @@ def _compare(options: CompareOptions) -> int:
 
 
 SUBCOMMANDS: Final[Mapping[str, Command]] = {
-    'info': Command(summary='topics, counts, rates, losses', options=BagOptions, execute=_info),
+    'info': Command(summary='topics, counts, losses, faults', options=InfoOptions, execute=_info),
     'plot': Command(
         summary='figures of a run: path, error, memberships, headings, Q',
         options=PlotOptions,
