@@ -51,6 +51,8 @@ class Decoder:
 
     def _add(self, topic: BagTopic) -> None:
         name = topic.type_name
+        if topic.serialization != 'cdr':
+            raise GoalreachError(f'{topic.name}: its messages are {topic.serialization}, not cdr')
         if name not in self._store.fielddefs:
             self._register(topic)
         if topic.type_hash.startswith(_HASH):

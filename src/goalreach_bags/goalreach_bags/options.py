@@ -30,21 +30,27 @@ class TopicSelection:
         metavar='NAME',
     )  # fmt: skip
     patterns: tuple[str, ...] = option(
-        (), 'topics whose name matches; repeatable', flag='--regex', metavar='PATTERN',
-        repeatable=True,
+        (), 'topics whose name matches; repeatable', flag='--regex', aliases=('-e',),
+        metavar='PATTERN', repeatable=True,
     )  # fmt: skip
     exclude: tuple[str, ...] = option(
-        (), 'leave out topics whose name matches; repeatable', metavar='PATTERN', repeatable=True
+        (), 'leave out topics whose name matches; repeatable', flag='--exclude-regex',
+        aliases=('--exclude', '-x'), metavar='PATTERN', repeatable=True,
+    )  # fmt: skip
+    excluded_names: tuple[str, ...] = option(
+        (), 'leave out topics by name', flag='--exclude-topics', metavar='NAME'
     )
 
     def __post_init__(self) -> None:
         """Check the patterns."""
-        for flag, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
+        for flag, patterns in (('--regex', self.patterns), ('--exclude-regex', self.exclude)):
             for pattern in patterns:
                 _require_pattern(flag, pattern)
 
     def includes(self, topic: str) -> bool:
         """Return whether a topic is selected."""
+        if topic in _full_names(self.excluded_names):
+            return False
         if topic in self.full_names:
             return True
         hidden = any(part.startswith('_') for part in topic.split('/'))
@@ -57,7 +63,11 @@ class TopicSelection:
     @property
     def full_names(self) -> frozenset[str]:
         """The names with their leading slash."""
-        return frozenset(name if name.startswith('/') else f'/{name}' for name in self.names)
+        return _full_names(self.names)
+
+
+def _full_names(names: tuple[str, ...]) -> frozenset[str]:
+    return frozenset(name if name.startswith('/') else f'/{name}' for name in names)
 
 
 def _require_pattern(flag: str, pattern: str) -> None:
@@ -123,8 +133,16 @@ class ReplayOptions(CommandOptions):
 
     bag: Path = option(REQUIRED, 'the bag', positional=True, metavar='DIR')
     selection: TopicSelection = field(default_factory=TopicSelection)
-    rate: float = option(1.0, 'playback speed as a multiple of the recorded speed', above=0.0)
-    loop: bool = option(False, 'start again at the end, until Ctrl-C')
+    remap: tuple[str, ...] = option(
+        (), 'publish topics under other names', aliases=('-m',), metavar='FROM:=TO'
+    )
+    qos_profile_overrides_path: Path | None = option(
+        None, 'quality of service by topic, in the format of ros2 bag play', metavar='YAML'
+    )
+    rate: float = option(
+        1.0, 'playback speed as a multiple of the recorded speed', aliases=('-r',), above=0.0
+    )
+    loop: bool = option(False, 'start again at the end, until Ctrl-C', aliases=('-l',))
     start: float = option(
         0.0, 'start at this time after the first message, seconds', metavar='S', minimum=0.0
     )
@@ -132,10 +150,18 @@ class ReplayOptions(CommandOptions):
         None, 'play only this much of the bag, seconds', metavar='S', above=0.0
     )
     delay: float = option(
-        0.5, 'time for subscribers to connect, seconds', metavar='S', minimum=0.0
-    )
+        0.5, 'time for subscribers to connect before the first message, seconds', aliases=('-d',),
+        metavar='S', minimum=0.0,
+    )  # fmt: skip
+    wait_for_all_acked: int | None = option(
+        None, 'at the end, wait until reliable subscribers have acknowledged all messages, '
+        'milliseconds; 0 waits without limit (default: 300)', metavar='MS', minimum=0,
+    )  # fmt: skip
     clock: bool = option(False, 'publish /clock')
-    paused: bool = option(False, 'start paused; space continues, s steps')
+    paused: bool = option(
+        False, 'space or the service /player/resume (std_srvs/srv/Trigger) continues, s or '
+        '/player/play_next steps', flag='--start-paused', aliases=('--paused', '-p'),
+    )  # fmt: skip
     quiet: bool = option(False, 'show no progress')
     recompute: bool = option(
         False,

@@ -34,6 +34,7 @@ class OptionInfo(ParameterInfo):
     Attributes:
         above: Number that a value must exceed, or None.
         flag: Name on the command line, or empty for the field's own.
+        aliases: Further names on the command line, as another program has them.
         metavar: Placeholder of the value in the help, or empty for that of its type.
         positional: Whether it is given by position, without a flag.
         repeatable: Whether a tuple grows by one value each time the flag is given.
@@ -45,6 +46,7 @@ class OptionInfo(ParameterInfo):
 
     above: float | None = None
     flag: str = ''
+    aliases: tuple[str, ...] = ()
     metavar: str = ''
     positional: bool = False
     repeatable: bool = False
@@ -149,7 +151,7 @@ class _Option:
         if self.info.repeatable:
             settings['action'] = 'append'
         settings['required'] = self.field.default is MISSING
-        parser.add_argument(self.name, dest=dest, **settings)
+        parser.add_argument(self.name, *self.info.aliases, dest=dest, **settings)
 
     def _help(self) -> str:
         if self.info.hidden:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 import itertools
+import math
 import os
 import select
 import sys
@@ -15,17 +17,19 @@ import tty
 from typing import Any, Final
 
 from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rosbags.interfaces import QosDurability
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 
 from goalreach_bags.decode import Decoder
 from goalreach_bags.options import ReplayOptions
 from goalreach_bags.reader import BagMessage, BagReader
-from goalreach_bags.ros.qos_profiles import publisher_profile
+from goalreach_bags.ros.qos_profiles import publisher_profile, read_overrides
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
-from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.errors import CommandError, GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
@@ -92,6 +96,8 @@ class Player(Node):
     Publishes: the selected topics, but those of unknown types; `/clock` only on request: the
     recorded one, or one made of the receive times.
 
+    Services (std_srvs/srv/Trigger): `~/pause`, `~/resume`, `~/toggle_paused`, `~/play_next`.
+
     Args:
         bag: The bag, open.
         options: What to play, and how.
@@ -111,35 +117,61 @@ class Player(Node):
         key: Callable[[float], str],
     ) -> None:
         """Create the publishers."""
-        super().__init__('player', start_parameter_services=False, enable_rosout=False)
+        rules = [argument for rule in options.remap for argument in ('--remap', rule)]
+        try:
+            super().__init__(
+                'player',
+                cli_args=['--ros-args', *rules],
+                start_parameter_services=False,
+                enable_rosout=False,
+            )
+        except RuntimeError as error:  # of rcl, which ends with the places in its sources
+            raise CommandError(f'--remap: {str(error).split(", at /")[0]}') from None
         self._bag = bag
         self._options = options
         self._is_over = is_over
         self._key = key
         self._outputs: dict[str, Any] = {}
-        bag.require(options.selection.full_names)
-        for name in bag.topics:
-            if options.selection.includes(name) and (options.clock or name != CLOCK):
-                self._add_publisher(name)
-        if not any(bag.counts[name] for name in self._outputs):
-            raise BagError(bag.path, 'holds no message of the topics to replay')
-        self._first_ns = bag.first_ns + round(options.start * _NS_PER_S)
-        self._stop_ns = bag.last_ns + 1
-        if options.duration is not None:
-            stop_ns = self._first_ns + round(options.duration * _NS_PER_S)
-            self._stop_ns = min(self._stop_ns, stop_ns)
-        if self._first_ns >= self._stop_ns:
-            lasts_s = (bag.last_ns - bag.first_ns) / _NS_PER_S
-            raise BagError(bag.path, f'ends after {lasts_s:.3f} s, before the start asked for')
+        self._latched: list[str] = []
+        self._add_publishers()
+        self._first_ns, self._stop_ns = self._range()
         self._clock_publisher: Any = None
         if options.clock and CLOCK not in self._outputs:
             self._clock_publisher = self.create_publisher(Clock, CLOCK, RELIABLE_QOS)
         self._timer = ReplayTimer(rate=options.rate, paused=options.paused)
         self._clocked_ns = 0
+        self._served_s = -math.inf
         self._quit = False
         self._steps = 0
+        for name in ('pause', 'resume', 'toggle_paused', 'play_next'):
+            self.create_service(Trigger, f'~/{name}', partial(self._on_request, name))
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
 
-    def _add_publisher(self, name: str) -> None:
+    def _range(self) -> tuple[int, int]:
+        """Return the first time of the bag to play, and the time before which to end."""
+        bag, options = self._bag, self._options
+        first_ns, stop_ns = bag.first_ns + round(options.start * _NS_PER_S), bag.last_ns + 1
+        if options.duration is not None:
+            stop_ns = min(stop_ns, first_ns + round(options.duration * _NS_PER_S))
+        if first_ns >= stop_ns:
+            lasts_s = (bag.last_ns - bag.first_ns) / _NS_PER_S
+            raise BagError(bag.path, f'ends after {lasts_s:.3f} s, before the start asked for')
+        return first_ns, stop_ns
+
+    def _add_publishers(self) -> None:
+        bag, options, path = self._bag, self._options, self._options.qos_profile_overrides_path
+        overrides = {} if path is None else read_overrides(path)
+        bag.require(options.selection.full_names)
+        for name in sorted(overrides.keys() - bag.topics.keys()):
+            self.get_logger().warning(f'{path}: {name}: the bag has no such topic')
+        for name in bag.topics:
+            if options.selection.includes(name) and (options.clock or name != CLOCK):
+                self._add_publisher(name, overrides.get(name))
+        if not any(bag.counts[name] for name in self._outputs):
+            raise BagError(bag.path, 'holds no message of the topics to replay')
+
+    def _add_publisher(self, name: str, override: QoSProfile | None) -> None:
         """Add the publisher of a topic, or warn if its type is unknown or of another version."""
         topic = self._bag.topics[name]
         try:
@@ -147,9 +179,14 @@ class Player(Node):
             kind = message_class(topic.type_name)
         except GoalreachError as error:
             self.get_logger().warning(f'{name} is not replayed: {error}')
-        else:
-            profile = publisher_profile(topic.offers)
+            return
+        profile = override or publisher_profile(topic.offers)
+        try:
             self._outputs[name] = self.create_publisher(kind, name, profile)
+        except RuntimeError as error:  # such as another type on the topic that it is mapped to
+            raise CommandError(f'{name}: {str(error).split(", at /")[0]}') from None
+        if profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
+            self._latched.append(name)
 
     @property
     def duration_ns(self) -> int:
@@ -162,14 +199,30 @@ class Player(Node):
         Args:
             watch: Called with the nanoseconds of the bag that were played since the last call.
         """
-        time.sleep(self._options.delay)
+        self._rest(self._options.delay)
         sent = self._play_once(watch)
         while self._options.loop and not self._ends:
             sent += self._play_once(watch)
-        for publisher in self._outputs.values():
-            publisher.wait_for_all_acked(Duration(seconds=_LINGER_S))
+        self._wait_for_acknowledgements()
         time.sleep(_LINGER_S)
         return sent
+
+    def _rest(self, duration_s: float) -> None:
+        end_s = time.monotonic() + duration_s
+        while not self._ends and (left_s := end_s - time.monotonic()) > 0.0:
+            self._listen(min(left_s, _KEY_S))
+
+    def _wait_for_acknowledgements(self) -> None:
+        limit_ms = self._options.wait_for_all_acked
+        limit_s = _LINGER_S if limit_ms is None else limit_ms * 1e-3 or math.inf
+        end_s = time.monotonic() + limit_s
+        step = Duration(seconds=_KEY_S)
+        for name, publisher in self._outputs.items():
+            acknowledged = publisher.wait_for_all_acked(step)
+            while not acknowledged and time.monotonic() < end_s and not self._is_over():
+                acknowledged = publisher.wait_for_all_acked(step)
+            if not acknowledged and limit_ms is not None:
+                self.get_logger().warning(f'{name}: not all messages were acknowledged')
 
     @property
     def _ends(self) -> bool:
@@ -204,22 +257,18 @@ class Player(Node):
 
     def _latched_before_start(self) -> Iterator[BagMessage]:
         """Yield what a subscriber of latched topics would have received at the start."""
-        latched = [
-            name
-            for name in self._outputs
-            for offer in self._bag.topics[name].offers
-            if offer.durability is QosDurability.TRANSIENT_LOCAL
-        ]
-        if latched and self._first_ns > self._bag.first_ns:
-            yield from self._bag.messages(latched, stop_ns=self._first_ns)
+        if self._latched and self._first_ns > self._bag.first_ns:
+            yield from self._bag.messages(self._latched, stop_ns=self._first_ns)
 
     def _wait_for(self, time_ns: int) -> None:
         """Wait until a time of the bag has come, or a step leads there."""
         while not self._ends:
             now_s = time.monotonic()
+            if now_s - self._served_s >= _KEY_S:  # even if every message is late
+                self._listen(0.0)
             self._publish_clock(now_s, time_ns)
             if self._timer.paused:
-                self._obey(self._key(_KEY_S))
+                self._listen(_KEY_S)
                 if self._steps:
                     self._steps -= 1
                     self._timer.jump(time.monotonic(), time_ns)
@@ -231,7 +280,7 @@ class Player(Node):
                 return
             if self._clock_publisher is not None:
                 wait_s = min(wait_s, _CLOCK_PERIOD_NS / (_NS_PER_S * self._timer.rate))
-            self._obey(self._key(min(wait_s, _KEY_S)))
+            self._listen(min(wait_s, _KEY_S))
 
     def _publish_clock(self, now_s: float, limit_ns: int) -> None:
         if self._clock_publisher is None:
@@ -240,6 +289,23 @@ class Player(Node):
         if time_ns - self._clocked_ns >= _CLOCK_PERIOD_NS or time_ns == limit_ns:
             self._clocked_ns = time_ns
             self._clock_publisher.publish(Clock(clock=stamp_to_msg(time_ns)))
+
+    def _listen(self, timeout_s: float) -> None:
+        """Serve a request that is there, and wait for a key."""
+        self._served_s = time.monotonic()
+        self._executor.spin_once(timeout_sec=0.0)
+        self._obey(self._key(timeout_s))
+
+    def _on_request(self, name: str, _: Any, response: Any) -> Any:
+        if name == 'play_next':
+            response.success = self._timer.paused
+            self._obey('s')
+        else:
+            if name == 'toggle_paused' or self._timer.paused == (name == 'resume'):
+                self._obey(' ')
+            response.success = True
+        response.message = 'paused' if self._timer.paused else 'playing'
+        return response
 
     def _obey(self, key: str) -> None:
         now_s = time.monotonic()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from rclpy.duration import Duration, Infinite
@@ -10,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
+    InvalidQoSProfileException,
     LivelinessPolicy,
     QoSProfile,
     ReliabilityPolicy,
@@ -24,6 +26,8 @@ from rosbags.interfaces import (
 )
 
 from goalreach_bags.topic import INFINITE, BagTopic, message_definition
+from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.files import read_yaml
 
 _REPLAY_DEPTH: Final = 10
 """Queue of a replayed topic whose depth the bag does not know, rosbag2's number. Of a latched
@@ -106,3 +110,52 @@ def publisher_profile(offers: Sequence[Qos]) -> QoSProfile:
         deadline = deadlines.pop()
         profile.deadline = Duration(seconds=deadline.sec, nanoseconds=deadline.nsec)
     return profile
+
+
+_POLICIES: Final = {
+    'history': HistoryPolicy,
+    'reliability': ReliabilityPolicy,
+    'durability': DurabilityPolicy,
+    'liveliness': LivelinessPolicy,
+}
+_DURATIONS: Final = ('deadline', 'lifespan', 'liveliness_lease_duration')
+
+
+def read_overrides(path: Path) -> dict[str, QoSProfile]:
+    """Return the profiles by topic in a file in the format of `ros2 bag play`.
+
+    Raises:
+        FileFormatError: The file cannot be read, or a policy or value in it is not known.
+    """
+    document = read_yaml(path)
+    if not isinstance(document, dict):
+        raise FileFormatError(path, 'must be a mapping of topics to their policies')
+    return {str(name): _override(path, name, values) for name, values in document.items()}
+
+
+def _override(path: Path, topic: object, values: object) -> QoSProfile:
+    if not isinstance(values, dict):
+        raise FileFormatError(path, f'{topic} = {values!r}: must be a mapping of policies')
+    settings = {str(key): _policy(path, f'{topic}.{key}', key, v) for key, v in values.items()}
+    try:
+        return QoSProfile(**settings)
+    except InvalidQoSProfileException as error:
+        raise FileFormatError(path, f'{topic}: {error.args[-1]}') from None
+
+
+def _policy(path: Path, field: str, key: object, value: Any) -> object:
+    """Return one policy as rclpy has it."""
+    try:
+        if key in _POLICIES:
+            return _POLICIES[str(key)].get_from_short_key(value)
+        if key in _DURATIONS and min(value['sec'], value['nsec']) >= 0:
+            return Duration(seconds=value['sec'], nanoseconds=value['nsec'])
+        if key == 'depth' and type(value) is int and value >= 0:
+            return value
+        if key == 'avoid_ros_namespace_conventions' and isinstance(value, bool):
+            return value
+    except (AttributeError, KeyError, TypeError, OverflowError):
+        pass
+    known = ('depth', *_POLICIES, *_DURATIONS, 'avoid_ros_namespace_conventions')
+    problem = 'is not valid' if key in known else f'is not known: {", ".join(known)} are'
+    raise FileFormatError(path, f'{field} = {value!r}: {problem}')
