@@ -17,7 +17,7 @@ import subprocess
 import sys
 from typing import NoReturn
 
-from _venv import FOREIGN_VARIABLES, SetupError, State, Venv, say
+from _venv import FOREIGN_VARIABLES, STDERR, SetupError, State, Venv, say
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -46,7 +46,8 @@ def run(command: str) -> NoReturn:
     Raises:
         SystemExit: Always, with the status of the command.
     """
-    prepare()
+    page = command == 'run' and (sys.stdout.isatty() or '--dashboard' in sys.argv)
+    prepare(group='page' if page or command in ('dashboard', 'doctor') else 'run')
     from goalreach_bringup import cli
 
     raise SystemExit(cli.main([command, *sys.argv[1:]]))
@@ -57,12 +58,15 @@ def prepare(root: Path = ROOT, *, group: str = 'run') -> None:
 
     Args:
         root: Root of the repository.
-        group: 'run' for what running needs; 'dev' for everything, with the laboratory and the
-            helpers of the tests on the path.
+        group: What it must hold, a key of `LOCKS`; 'dev' also brings the laboratory and the
+            helpers of the tests onto the path.
 
     Raises:
         SystemExit: No environment can be found or made.
     """
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= STDERR:  # closed: `>&-`
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
     folder = str(Path(__file__).resolve().parent)  # goes last, where it can hide no library
     sys.path[:] = [entry for entry in sys.path if entry != folder] + [folder]
     try:

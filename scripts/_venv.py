@@ -18,11 +18,27 @@ from types import FrameType
 
 OLDEST_GLIBC = (2, 28)  # of the ROS 2 wheels
 SUPPORTED_MINORS = (13, 12, 11, 10)  # of Python 3: those the ROS 2 Jazzy wheels are built for
-LOCKS = {'run': 'requirements.lock', 'dev': 'requirements-dev.lock'}  # the second holds the first
-SIZES = {'run': '700 MB', 'dev': '1.1 GB'}
+# Each lock holds the one before.
+LOCKS = {
+    'run': 'requirements.lock',
+    'page': 'requirements-page.lock',
+    'dev': 'requirements-dev.lock',
+}
+SIZES = {'run': '600 MB', 'page': '700 MB', 'dev': '1.1 GB'}
 MARKER_NAME = 'goalreach-setup'  # inside .venv: made here, and the locks that are installed
 BUILD_TOOLS = ('setuptools', 'uv', 'wheel')  # one dependency is a source distribution
-PIP_OPTIONS = ('--no-input', '--disable-pip-version-check', '--no-compile')
+PIP_OPTIONS = ('--no-input', '--disable-pip-version-check', '--no-compile', '--no-cache-dir')
+UV_OPTIONS = ('--system-certs', '--no-cache', '--index-strategy', 'unsafe-best-match')  # as pip
+# Variables by which uv follows the settings of pip.
+UV_VARIABLES = {
+    'cert': 'SSL_CERT_FILE',
+    'extra-index-url': 'UV_EXTRA_INDEX_URL',
+    'find-links': 'UV_FIND_LINKS',
+    'index-url': 'UV_DEFAULT_INDEX',
+    'proxy': 'ALL_PROXY',
+}
+CHECK = 'import goalreach_bringup, rclpy'
+STDERR = 2
 LOCKED = ('--no-deps', '--no-build-isolation', '--require-hashes', '-r')
 # They name another environment's libraries, and would hide those of the one that is started.
 FOREIGN_VARIABLES = (
@@ -69,7 +85,8 @@ class State(enum.Enum):
 
 def say(message: str) -> None:
     """Write one line for the user to stderr: stdout belongs to the command."""
-    print(f'goalreach: {message}', file=sys.stderr, flush=True)
+    with contextlib.suppress(OSError):  # nobody reads it
+        os.write(STDERR, os.fsencode(f'goalreach: {message}\n'))
 
 
 class Venv:
@@ -77,7 +94,8 @@ class Venv:
 
     Args:
         root: Root of the repository.
-        group: 'run' for what running needs, 'dev' for everything.
+        group: A key of `LOCKS`: 'run' for what running needs, 'page' for the live page too,
+            'dev' for everything.
     """
 
     def __init__(self, root: Path, group: str = 'run') -> None:
@@ -89,6 +107,7 @@ class Venv:
         self.python = self.path / 'bin' / 'python'
         self._lock = -1
         self._signals: list[int] = []
+        self._uv_variables: dict[str, str] | None = None
 
     def state(self) -> State:
         """Return the present state."""
@@ -103,7 +122,8 @@ class Venv:
         """Make or complete the environment where needed; wait while another process makes it.
 
         Raises:
-            SetupError: It cannot be made. A half-made environment is removed.
+            SetupError: It cannot be made. A half-made environment is removed; one that served
+                other commands before stays.
         """
         if self.state() is not State.READY:
             if not os.access(self._root, os.W_OK):
@@ -121,11 +141,14 @@ class Venv:
                 self._install(extend=extend)
         except (SetupError, OSError) as error:
             with _signals(signal.SIG_IGN):
-                self._discard()
+                kept = extend and _can_run(str(self.python), CHECK)
+                if not kept:
+                    self._discard()
             advice = 'Start the same command again to retry.'
             if not isinstance(error, InterruptedSetupError):
                 advice = f'It needs the package index and {SIZES[self._group]} of disk. {advice}'
-            message = f'the set-up failed: {error}\n{self.path} was removed. {advice}'
+            outcome = 'still serves the other commands' if kept else 'was removed'
+            message = f'the set-up failed: {error}\n{self.path} {outcome}. {advice}'
             raise SetupError(message, getattr(error, 'status', 1)) from None
         say(f'ready after {time.monotonic() - started_s:.0f} s')
 
@@ -143,8 +166,7 @@ class Venv:
         self._run('locked packages', *([*c, *LOCKED, str(lock)] for c in self._installers()))
         own = ('--no-deps', '--no-build-isolation', '-e', str(self._root))
         self._run('goalreach', *([*command, *own] for command in self._installers()))
-        check = 'import goalreach_bringup, rclpy'
-        self._run('check', [str(self.python), '-I', '-c', check])
+        self._run('check', [str(self.python), '-I', '-c', CHECK])
         groups = list(LOCKS)[: list(LOCKS).index(self._group) + 1]
         self._marker.write_text('\n'.join(map(self._fingerprint, groups)))
 
@@ -152,10 +174,10 @@ class Venv:
         return [str(self.python), '-m', 'pip', 'install', *PIP_OPTIONS]
 
     def _installers(self) -> Iterator[list[str]]:
-        """Yield the commands that can install, best first: uv knows no settings of pip."""
+        """Yield the commands that can install, best first."""
         uv = self.path / 'bin' / 'uv'
         if uv.exists():
-            yield [str(uv), 'pip', 'install', '--system-certs', '--python', str(self.python)]
+            yield [str(uv), 'pip', 'install', *UV_OPTIONS, '--python', str(self.python)]
         yield self._pip()
 
     def _run(self, step: str, *commands: list[str]) -> None:
@@ -165,16 +187,25 @@ class Venv:
             SetupError: None does.
         """
         say(step)
-        environment = {k: v for k, v in os.environ.items() if k not in FOREIGN_SETTINGS}
-        scratch = self.path / 'tmp'  # removed with the environment where the set-up fails
+        scratch = self.path / 'tmp'
+        inherited = {k: v for k, v in os.environ.items() if k not in FOREIGN_SETTINGS}
+        environment = {**self._uv_settings(), **inherited, 'TMPDIR': str(scratch)}
         for command in commands:
             scratch.mkdir(exist_ok=True)
-            environment['TMPDIR'] = str(scratch)
-            status = self._status(command, environment)
-            shutil.rmtree(scratch, ignore_errors=True)
+            try:
+                status = self._status(command, environment)
+            finally:
+                shutil.rmtree(scratch, ignore_errors=True)
             if status == 0:
                 return
         raise SetupError(f'{step}: exit status {status}')
+
+    def _uv_settings(self) -> dict[str, str]:
+        if self._uv_variables is None and (self.path / 'bin' / 'uv').exists():
+            command = [str(self.python), '-m', 'pip', 'config', 'list']
+            listed = subprocess.run(command, capture_output=True, text=True, check=False)
+            self._uv_variables = uv_variables(listed.stdout)
+        return self._uv_variables or {}
 
     def _status(self, command: list[str], environment: dict[str, str]) -> int:
         """Run a command to its end, in a session of its own that a signal to us kills whole."""
@@ -182,7 +213,7 @@ class Venv:
             command,
             env=environment,
             stdin=subprocess.DEVNULL,
-            stdout=sys.stderr,
+            stdout=STDERR,
             start_new_session=True,
             pass_fds=[self._lock],  # the lock is held until the command has ended too
         ) as child:
@@ -223,6 +254,25 @@ def build_tools(lock: str) -> str:
     """
     entries = re.findall(r'^[a-zA-Z0-9][^\n]*\n(?:[ \t]+[^\n]*\n)*', lock, flags=re.MULTILINE)
     return ''.join(entry for entry in entries if entry.split('==')[0] in BUILD_TOOLS)
+
+
+def uv_variables(settings: str) -> dict[str, str]:
+    r"""Return the environment variables by which uv follows the settings of pip.
+
+    Args:
+        settings: Output of `pip config list`; variables come after files there too.
+
+    Example:
+        >>> uv_variables("global.find-links='/a\\n/b'\nglobal.timeout='3'\n")
+        {'UV_FIND_LINKS': '/a,/b'}
+    """
+    variables = {}
+    for section in ('global', 'install', ':env:'):
+        for key, value in re.findall(rf"^{section}\.([a-z-]+)='(.*)'$", settings, re.MULTILINE):
+            if key in UV_VARIABLES:
+                separator = ',' if key == 'find-links' else ' '
+                variables[UV_VARIABLES[key]] = separator.join(value.replace('\\n', ' ').split())
+    return variables
 
 
 def base_python() -> str:
@@ -271,7 +321,8 @@ def _supported_python() -> str:
 
 
 def _can_run(python: str, code: str) -> bool:
-    return not subprocess.run([python, '-c', code], capture_output=True, check=False).returncode
+    command = [python, '-I', '-c', code]
+    return not subprocess.run(command, capture_output=True, check=False).returncode
 
 
 @contextlib.contextmanager

@@ -47,6 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Arguments of the command line, or None for those of the process.
     """
     given = sys.argv[1:] if arguments is None else arguments
+    return cli.guarded('goalreach bench', lambda: _run(given))
+
+
+def _run(given: Sequence[str]) -> int:
     suites = {name: _load(name) for name in SUITES}
     command = replace(suites[_DEFAULT], summary=SUMMARY, subcommands=suites)
     return cli.run_command(command, 'bench', given)

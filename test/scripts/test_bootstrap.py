@@ -90,17 +90,26 @@ def test_what_only_tests_need_is_added_later(clone: Clone, installer: str) -> No
     support.mkdir(parents=True)
     (support / 'gate.py').write_text(GATE)
     whole = clone.lock.read_text() + clone.wheel('extra', 'extra.py')
-    (clone.root / 'requirements-dev.lock').write_text(whole)
+    broken = whole + 'no-such-wheel==1.0 --hash=sha256:' + 64 * '0' + '\n'
+    (clone.root / 'requirements-dev.lock').write_text(broken)
 
     first = clone.run()
     assert first.status == 0, first.err
     assert not list(clone.venv.glob('lib/*/site-packages/extra.py'))
+    failed = clone.run(script='run_tests.py')
+    assert failed.status == 1
+    assert 'still serves the other commands' in failed.err
+    again = clone.run()
+    assert (again.status, again.err) == (0, '')
+
+    (clone.root / 'requirements-dev.lock').write_text(whole)
     tests = clone.run(script='run_tests.py')
     assert tests.status == 0, tests.err
     assert tests.said['found'] is True
     assert tests.err.count('virtual environment') == 0
     again = clone.run()
     assert (again.status, again.err) == (0, '')
+    assert not (clone.venv / 'tmp').exists()
 
 
 def test_foreign_environment_is_left_alone(clone: Clone) -> None:
@@ -256,6 +265,19 @@ def test_python_newer_than_the_wheels_says_so(monkeypatch: pytest.MonkeyPatch) -
         _venv.base_python()
 
 
+def test_uv_follows_the_settings_of_pip() -> None:
+    settings = (
+        "global.index-url='https://a/simple'\nglobal.cert='/old.pem'\nglobal.timeout='3'\n"
+        "install.find-links='/b\\n/c'\n:env:.cert='/new.pem'\n"
+    )
+
+    assert _venv.uv_variables(settings) == {
+        'UV_DEFAULT_INDEX': 'https://a/simple',
+        'UV_FIND_LINKS': '/b,/c',
+        'SSL_CERT_FILE': '/new.pem',
+    }
+
+
 @pytest.mark.parametrize('name', LOCKS.values())
 def test_lock_has_hashes_and_no_addresses(name: str) -> None:
     text = (ROOT / name).read_text()
@@ -267,13 +289,13 @@ def test_lock_has_hashes_and_no_addresses(name: str) -> None:
     assert build_tools(text).count('==') == 3
 
 
-def test_the_lock_for_tests_holds_that_for_running() -> None:
+def test_each_lock_holds_the_one_before() -> None:
     pins = [
         set(re.findall(r'^([a-z0-9._-]+)(?:\[.*\])?(==\S+)', text, re.MULTILINE))
         for text in ((ROOT / name).read_text() for name in LOCKS.values())
     ]
 
-    assert pins[0] < pins[1]
+    assert pins[0] < pins[1] < pins[2]
 
 
 def test_dependencies_are_those_of_the_distribution() -> None:

@@ -29,16 +29,14 @@ def main(arguments: list[str]) -> int:
     Returns:
         0 if all passed, else 1.
     """
-    options = _parse(arguments)
     missing = [name for name in TOOLS if importlib.util.find_spec(name) is None]
     if missing:
         names = ' '.join(missing).replace('_', '-')
         say(f'this environment lacks {names}: install the extra `dev` (CONTRIBUTING.md).')
         return 1
-    try:
-        return _run(options)
-    except KeyboardInterrupt:
-        return 130
+    from goalreach_bringup.cli import guarded
+
+    return guarded('run_tests.py', lambda: _run(_parse(arguments)))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -77,6 +77,7 @@ class Clone:
         self.wheels = root.parent / 'wheels'
         self.venv = root / '.venv'
         self.lock = root / 'requirements.lock'
+        (root / 'requirements-page.lock').touch()
         (root / 'requirements-dev.lock').touch()
         package = root / 'src' / 'goalreach_bringup'
         (package / 'goalreach_bringup').mkdir(parents=True)
@@ -113,16 +114,16 @@ class Clone:
         return f'{name.replace("_", "-")}==99.0 \\\n    --hash=sha256:{digest}\n'
 
     def start(
-        self, *arguments: str, script: str = 'train.py', **variables: str
+        self, *arguments: str, script: str = 'train.py', redirection: str = '', **variables: str
     ) -> 'subprocess.Popen[str]':
         """Start a script with this environment's base Python, which has no package."""
+        shell = ['bash', '-c', f'exec "$@" {redirection}', 'bash']
         environment = {
             'HOME': os.environ.get('HOME', '/'),
             'PATH': os.environ.get('PATH', os.defpath),
             'PIP_CONFIG_FILE': os.devnull,
             'PIP_FIND_LINKS': str(self.wheels),
             'PIP_NO_INDEX': '1',
-            'UV_FIND_LINKS': str(self.wheels),
             'UV_NO_CONFIG': '1',
             'UV_OFFLINE': '1',
             'PYTHONDONTWRITEBYTECODE': '1',
@@ -130,16 +131,16 @@ class Clone:
             **variables,
         }
         return subprocess.Popen(
-            [own_base(), str(self.root / 'scripts' / script), *arguments],
+            [*shell, own_base(), str(self.root / 'scripts' / script), *arguments],
             env=environment,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
         )
 
-    def run(self, *arguments: str, script: str = 'train.py', **variables: str) -> Outcome:
+    def run(self, *arguments: str, **settings: str) -> Outcome:
         """Start it and wait for what comes of it."""
-        return finish(self.start(*arguments, script=script, **variables))
+        return finish(self.start(*arguments, **settings))
 
 
 def finish(child: 'subprocess.Popen[str]') -> Outcome:

@@ -6,8 +6,9 @@ This module imports nothing large, so that the fork server of a run starts at on
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import contextlib
+import errno
 import importlib
 from importlib.metadata import version
 import os
@@ -36,6 +37,9 @@ COMMANDS: Final = (
 )
 ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2')
 _STATUS_INTERRUPTED = 130
+_STREAMS: Final = ('stdin', 'stdout', 'stderr')
+_UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
+"""Errors of a write to a full disk or a terminal that has gone."""
 _PROGRAM = 'goalreach'
 _FORKING = ('run',)
 """Commands that fork nodes: the fork server starts to import before the command does."""
@@ -59,14 +63,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status of its error, usually 2.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
-    if given and given[0] in COMMANDS:
-        if given[0] in _FORKING and not {'-h', '--help'}.intersection(given):
-            start_fork_server()
-        try:
-            command = load_command(given[0])
-        except KeyboardInterrupt:  # while it imports
-            return _STATUS_INTERRUPTED
-        return run_command(command, given[0], given[1:])
+    named = bool(given) and given[0] in COMMANDS
+    program = f'{_PROGRAM} {given[0]}' if named else _PROGRAM
+    return guarded(program, lambda: _run_named(*given) if named else _run_unnamed(given))
+
+
+def _run_named(name: str, *arguments: str) -> int:
+    if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
+        start_fork_server()
+    return run_command(load_command(name), name, arguments)
+
+
+def _run_unnamed(given: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
         description='A robot learns to reach a goal that it sees, on ROS 2.',
@@ -86,34 +94,86 @@ def _list_of_commands() -> str:
 
 
 def run_command(command: Command, name: str, arguments: Sequence[str]) -> int:
-    """Parse the options of a command and execute it; report a mistake of the user in one line.
+    """Parse the options of a command and execute it; return its exit status.
 
     Args:
         command: The command.
         name: Its name on the command line.
         arguments: Its arguments.
 
-    Returns:
-        The exit status.
+    Raises:
+        GoalreachError: An environment variable or an option is refused, or the command fails.
     """
     from goalreach_bringup.variables import check_variables
-    from goalreach_msgs_py.errors import GoalreachError
 
+    if name in ROS_COMMANDS:
+        check_variables(os.environ)
+    return command.run(f'{_PROGRAM} {name}', arguments)
+
+
+def guarded(program: str, execute: Callable[[], int]) -> int:
+    """Run a program; report what its user can correct in one line, without a traceback.
+
+    Args:
+        program: The words that call the program, for that line.
+        execute: The program; returns its exit status.
+
+    Returns:
+        Its exit status: that of the error where it raises `GoalreachError`, 1 where its output
+        cannot be written, 130 after Ctrl-C, 141 where the reader of its output has gone.
+    """
+    _open_closed_streams()
     try:
-        if name in ROS_COMMANDS:
-            check_variables(os.environ)
-        status = command.run(f'{_PROGRAM} {name}', arguments)
-        sys.stdout.flush()  # a closed pipe is noticed here, not when the interpreter ends
-    except GoalreachError as error:
-        sys.stderr.write(f'{_PROGRAM} {name}: {error}\n')
-        return error.status
-    except BrokenPipeError:
-        with contextlib.suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
+        try:
+            return execute()
+        finally:
+            sys.stdout.flush()  # a lost output is noticed here, not when the interpreter ends
     except KeyboardInterrupt:
         return _STATUS_INTERRUPTED
+    except (Exception, SystemExit) as error:
+        line, status = _explain(error)
+        if status is None:
+            raise
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f'{program}: {line}\n' if line else '')
+    _discard_lost_streams()
     return status
+
+
+def _explain(error: BaseException) -> tuple[str, int | None]:
+    """Return a line for the user and an exit status, None for an error in the program."""
+    from goalreach_msgs_py.errors import GoalreachError
+
+    if isinstance(error, GoalreachError):
+        return str(error), error.status
+    if isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError):
+        return '', 128 + signal.SIGPIPE  # rich turns it into SystemExit
+    if isinstance(error, OSError) and error.errno in _UNWRITABLE and error.filename is None:
+        return f'the output cannot be written: {error.strerror}', 1
+    return '', None
+
+
+def _open_closed_streams() -> None:
+    """Open the null device for standard streams that are closed (`>&-`).
+
+    A file opened later would take the number of such a stream, and all that is printed.
+    """
+    while (number := os.open(os.devnull, os.O_RDWR)) < len(_STREAMS):
+        os.set_inheritable(number, True)
+    os.close(number)
+    for number, name in enumerate(_STREAMS):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, 'w' if number else 'r', closefd=False))
+
+
+def _discard_lost_streams() -> None:
+    """Let no stream that cannot be written fail again when the interpreter ends."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):
+            stream.flush()
+            continue
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 if __name__ == '__main__':
