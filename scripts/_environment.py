@@ -47,7 +47,7 @@ def run(command: str) -> NoReturn:
         SystemExit: Always, with the status of the command.
     """
     page = command == 'run' and (sys.stdout.isatty() or '--dashboard' in sys.argv)
-    prepare(group='page' if page or command in ('dashboard', 'doctor') else 'run')
+    prepare(group='page' if page or command == 'dashboard' else 'run')
     from goalreach_bringup import cli
 
     raise SystemExit(cli.main([command, *sys.argv[1:]]))
