@@ -23,7 +23,19 @@ from architecture import (
 from drawing import all_modules, draw, drawn, package_imports
 
 ROOT = Path(__file__).resolve().parent.parent
-TEXT_SUFFIXES = {'.md', '.py', '.toml', '.xml', '.cfg', '.yaml', '.yml', '.meta', '.lock', '.json'}
+TEXT_SUFFIXES = {
+    '.md',
+    '.py',
+    '.toml',
+    '.xml',
+    '.cfg',
+    '.yaml',
+    '.yml',
+    '.meta',
+    '.lock',
+    '.json',
+    '.ipynb',
+}
 
 
 MODULES = all_modules()
