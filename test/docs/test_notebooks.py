@@ -122,7 +122,7 @@ LEAVE = """
 def test_a_failing_cell_leaves_nothing_running(tmp_path: Path) -> None:
     notebook = read(GRAPH)
     (start,) = (i for i, c in enumerate(notebook.cells) if 'program(*run)' in c.source)
-    before, after = notebook.cells[start].source.split('    listen_until_end(node, process)\n')
+    before, after = notebook.cells[start].source.split('    listen(node, process)\n')
     notebook.cells[start].source = before + LEAVE + after
     with kernel(notebook, tmp_path) as client:
         for index, cell in enumerate(notebook.cells[:start]):
