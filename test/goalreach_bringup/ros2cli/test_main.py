@@ -4,6 +4,14 @@ import pytest
 
 from goalreach_bringup.ros2cli.main import COMMANDS, main
 
+VERBS = {
+    'interface': 'list package packages proto show',
+    'node': 'info list',
+    'param': 'delete describe dump get list load set',
+    'service': 'call echo find info list type',
+    'topic': 'bw delay echo find hz info list pub type',
+}
+
 
 def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
@@ -17,10 +25,7 @@ def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[
     [
         [],
         ['topic'],
-        *(['topic', verb] for verb in ('list', 'info', 'echo', 'hz', 'pub')),
-        *(['node', verb] for verb in ('list', 'info')),
-        *(['param', verb] for verb in ('list', 'get', 'set', 'dump')),
-        *(['service', verb] for verb in ('list', 'call')),
+        *([command, verb] for command, verbs in VERBS.items() for verb in verbs.split()),
     ],
 )
 def test_each_level_has_its_help(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,8 +22,19 @@ def test_yaml_keeps_the_order_of_the_definition() -> None:
     )
 
 
-def test_flow_style_is_one_line() -> None:
-    assert message_to_yaml(String(data='é'), TextOptions(flow_style=True)) == '{data: é}\n'
+def test_flow_style_puts_lists_on_one_line_and_keeps_mappings() -> None:
+    options = TextOptions(flow_style=True)
+    assert message_to_yaml(String(data='é'), options) == 'data: é\n'
+    points = Polygon(points=[Point32(x=1.0), Point32()])
+    text = 'points: [{x: 1.0, y: 0.0, z: 0.0}, {x: 0.0, y: 0.0, z: 0.0}]\n'
+    assert message_to_yaml(points, options) == text
+    assert message_to_yaml(Polygon(), options) == 'points: []\n'
+
+
+def test_byte_in_csv_is_cut_like_a_text() -> None:
+    status = DiagnosticStatus(level=b'\x02')
+    assert message_to_csv(status, ALL) == "b'\\x02',,,,"
+    assert message_to_csv(status, TextOptions(truncate_length=0)) == "b'...',,,,"
 
 
 def test_byte_is_a_character() -> None:

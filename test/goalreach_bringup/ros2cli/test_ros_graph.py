@@ -82,6 +82,7 @@ def test_topic_list_has_types(graph: dict[str, str]) -> None:
         '/parameter_events [rcl_interfaces/msg/ParameterEvent]\n'
         '/point [geometry_msgs/msg/Point]\n'
         '/rosout [rcl_interfaces/msg/Log]\n'
+        '/stamped [geometry_msgs/msg/PointStamped]\n'
         '/state [diagnostic_msgs/msg/DiagnosticArray]\n'
     )
     assert ros2(graph, 'topic', 'list', '-t') == (0, expected, '')
@@ -157,6 +158,7 @@ def test_param_list_names_node_and_types(graph: dict[str, str]) -> None:
     expected = (
         '/ns/talker:\n'
         '  gains.angular (type: double array)\n'
+        '  loose (type: integer)\n'
         '  speed (type: double)\n'
         '  start_type_description_service (type: boolean)\n'
         '  use_sim_time (type: boolean)\n'
@@ -178,6 +180,7 @@ def test_param_set_get_dump_and_refusals(graph: dict[str, str]) -> None:
         '      angular:\n'
         '      - 1.0\n'
         '      - 2.0\n'
+        '    loose: 1\n'
         '    speed: 1.75\n'
         '    start_type_description_service: true\n'
         '    use_sim_time: false\n\n'

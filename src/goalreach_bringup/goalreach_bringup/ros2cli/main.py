@@ -11,6 +11,7 @@ from goalreach_bringup.ros2cli.arguments import TerminatedError
 from goalreach_msgs_py.errors import GoalreachError
 
 COMMANDS: Final = {
+    'interface': 'Show information about ROS interfaces',
     'node': 'Various node related sub-commands',
     'param': 'Various param related sub-commands',
     'service': 'Various service related sub-commands',

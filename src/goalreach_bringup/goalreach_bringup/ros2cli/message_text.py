@@ -27,7 +27,7 @@ class TextOptions:
             `...` stands for the others; None writes all.
         no_arr: Write the type and the length of an array in place of its elements.
         no_str: Write the length of a string in place of the string.
-        flow_style: Write YAML in one line with braces (YAML only).
+        flow_style: Write each list of YAML on one line, with brackets.
     """
 
     truncate_length: int | None = None
@@ -46,11 +46,24 @@ def message_to_yaml(message: object, options: TextOptions) -> str:
         >>> message_to_yaml(Float64(data=1.5), TextOptions())
         'data: 1.5\n'
     """
+    return values_to_yaml(message_values(message, options), options)
+
+
+class _Dumper(yaml.Dumper):
+    """Leaves the style of mappings open, as rosidl_runtime_py does: only lists are flowed."""
+
+    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:  # noqa: ANN401, ARG002, FBT001 - as the base class has it
+        pairs = [(self.represent_data(k), self.represent_data(v)) for k, v in mapping.items()]
+        return yaml.MappingNode(tag, pairs)
+
+
+def values_to_yaml(values: dict[str, object], options: TextOptions) -> str:
+    """Return the values of a message as YAML, as `message_to_yaml` does."""
     text: str = yaml.dump(
-        _plain_message(message, options),
+        values,
+        Dumper=_Dumper,
         allow_unicode=True,
         default_flow_style=options.flow_style,
-        sort_keys=False,
         width=sys.maxsize,
     )
     return text
@@ -62,7 +75,8 @@ def message_to_csv(message: Any, options: TextOptions) -> str:  # noqa: ANN401 -
     return _join(_csv(getattr(message, name), kind, options) for name, kind in fields.items())
 
 
-def _plain_message(message: Any, options: TextOptions) -> dict[str, object]:  # noqa: ANN401
+def message_values(message: Any, options: TextOptions) -> dict[str, Any]:  # noqa: ANN401
+    """Return the fields of a message as dicts, lists, strings, numbers and booleans alone."""
     fields = message.get_fields_and_field_types()
     return {name: _plain(getattr(message, name), kind, options) for name, kind in fields.items()}
 
@@ -86,7 +100,7 @@ def _plain(value: Any, kind: str | None, options: TextOptions) -> object:  # noq
         return [*(_plain(element, None, options) for element in shown), *dots]
     if isinstance(value, (bool, int, float)):
         return value
-    return _plain_message(value, options)
+    return message_values(value, options)
 
 
 def _csv(value: Any, kind: str | None, options: TextOptions) -> str:  # noqa: ANN401
@@ -97,7 +111,10 @@ def _csv(value: Any, kind: str | None, options: TextOptions) -> str:  # noqa: AN
         return _join([*(_csv(element, None, options) for element in shown), *dots])
     if isinstance(value, str):
         return _string(value, options)
-    if isinstance(value, (bytes, bool, int, float)):
+    if isinstance(value, bytes):
+        length = len(value) if options.truncate_length is None else options.truncate_length
+        return str(value if len(value) <= length else value[:length] + b'...')
+    if isinstance(value, (bool, int, float)):
         return str(value)
     return message_to_csv(value, options)
 
@@ -141,7 +158,7 @@ def _describe(kind: str, length: int) -> str:
 
 
 def _element_name(kind: str) -> str:
-    """Return the full name of an element's type: `package/Name` becomes `package/msg/Name`."""
+    """Return the full name of an element's type, such as `package/msg/Name`."""
     if match := _BOUNDED_STRING.match(kind):
         return match[1]
-    return kind.replace('/', '/msg/')
+    return kind.replace('/', '/srv/' if kind.endswith(('_Request', '_Response')) else '/msg/')

@@ -40,6 +40,18 @@ def service_class(name: str) -> Any:
     return found
 
 
+def interface_class(name: str) -> Any:
+    """Return the class of a message, service or action by its full name, `package/kind/Name`.
+
+    Raises:
+        CommandError: There is no such type, or its package is not installed.
+    """
+    found = _find(name, '') if name.count('/') > 1 else None
+    if found is None:
+        raise CommandError(f"The passed type is invalid: '{name}'")
+    return found
+
+
 def full_type_name(name: str, kind: str) -> str:
     """Return `package/kind/Name` for `package/Name`, and any other name unchanged.
 

@@ -1,66 +1,78 @@
-"""`ros2 service`: lists and calls services."""
+"""`ros2 service`: its verbs; calls services and shows their events."""
 
 from __future__ import annotations
 
 import argparse
 import time
+from typing import Any, Final
 
-from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.qos import qos_profile_services_default
+from service_msgs.msg import ServiceEventInfo
 
-from goalreach_bringup.ros2cli.arguments import positive_float
+from goalreach_bringup.ros2cli.arguments import add_values, positive_float, values_text
 from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
+from goalreach_bringup.ros2cli.message_text import message_to_csv, message_values, values_to_yaml
+from goalreach_bringup.ros2cli.ros import names
 from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_bringup.ros2cli.ros.topic_echo import add_text_arguments, text_options
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import full_type_name, service_class
+
+_EVENTS: Final = {
+    getattr(ServiceEventInfo, name): name
+    for name in ('REQUEST_SENT', 'REQUEST_RECEIVED', 'RESPONSE_SENT', 'RESPONSE_RECEIVED')
+}
 
 
 def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 service`."""
-    parser.add_argument('--include-hidden-services', action='store_true')
-    verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
-    verb = verbs.add_parser('list', help='Output a list of available services')
-    add_session_arguments(verb)
-    verb.add_argument(
-        '-t', '--show-types', action='store_true', help='Additionally show the service type'
-    )
-    verb.add_argument(
-        '-c', '--count-services', action='store_true', help='Only display the number of services'
-    )
-    verb.add_argument(
-        '--include-hidden-services',
-        action='store_true',
-        default=argparse.SUPPRESS,
-        help='Consider hidden services as well',
-    )
-    verb.set_defaults(run=list_services)
-
+    verbs = names.add_verbs(parser, 'service')
     verb = verbs.add_parser('call', help='Call a service')
     add_session_arguments(verb)
     verb.add_argument('service_name', help="Name of the ROS service (e.g. '/add_two_ints')")
     verb.add_argument('service_type', help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    verb.add_argument(
-        'values', nargs='?', default='{}', help="Values of the request in YAML (e.g. '{a: 1}')"
-    )
+    add_values(verb, "Values of the request in YAML (e.g. '{a: 1}')")
     verb.add_argument(
         '-r', '--rate', metavar='N', type=positive_float, help='Repeat the call at a rate in Hz'
     )
     verb.set_defaults(run=call_service)
 
+    verb = verbs.add_parser('echo', help='Echo a service, whose introspection must be on')
+    add_session_arguments(verb)
+    verb.add_argument('service_name', help="Name of the ROS service (e.g. '/add_two_ints')")
+    verb.add_argument('service_type', nargs='?', help="Type (e.g. 'std_srvs/srv/Empty')")
+    add_text_arguments(verb)
+    verb.set_defaults(run=echo_service)
 
-def list_services(args: argparse.Namespace) -> None:
-    """Print the names of the services."""
+
+def echo_service(args: argparse.Namespace) -> None:
+    """Print the events of a service as they arrive.
+
+    Raises:
+        CommandError: The service is not there, or its type is not known here.
+    """
+    options = text_options(args)
+
+    def on_event(event: Any) -> None:
+        if args.csv:
+            print(message_to_csv(event, options), flush=True)
+            return
+        values = message_values(event, options)
+        values['info']['event_type'] = _EVENTS.get(event.info.event_type, event.info.event_type)
+        print(f'{values_to_yaml(values, options)}---', flush=True)
+
     with Session(args) as session:
-        session.discover()
-        services = {
-            name: types
-            for name, types in session.services().items()
-            if args.include_hidden_services or not topic_or_service_is_hidden(name)
-        }
-    if args.count_services:
-        print(len(services))
-        return
-    for name, types in services.items():
-        print(f'{name} [{", ".join(types)}]' if args.show_types else name)
+        name = session.node.resolve_service_name(args.service_name)
+        if args.service_type is None:
+            session.discover(lambda: name in session.services())
+            args.service_type = next(iter(session.services().get(name, [])), None)
+        if args.service_type is None:
+            raise CommandError('Could not load the type for the passed service')
+        kind = service_class(args.service_type).Event
+        session.node.create_subscription(
+            kind, f'{name}/_service_event', on_event, qos_profile_services_default
+        )
+        session.spin_until(lambda: False)
 
 
 def call_service(args: argparse.Namespace) -> None:
@@ -70,7 +82,7 @@ def call_service(args: argparse.Namespace) -> None:
         CommandError: The type or the values are wrong, or the service has another type.
     """
     service = service_class(args.service_type)
-    request, stampers = build_message(service.Request, parse_values(args.values))
+    request, stampers = build_message(service.Request, parse_values(values_text(args)))
     with Session(args) as session:
         print('waiting for service to become available...', flush=True)
         name = session.node.resolve_service_name(args.service_name)

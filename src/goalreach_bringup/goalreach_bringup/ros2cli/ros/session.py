@@ -171,9 +171,14 @@ class Session:
                 return holds()
             self.spin_once()
 
-    def find(self, found: Callable[[], bool]) -> bool:
-        """Wait for a condition within the time allowed for discovery; return whether it holds."""
-        return self.spin_until(found, self._spin_time_s)
+    def find(self, found: Callable[[], bool], limit_s: float | None = None) -> bool:
+        """Wait for a condition; return whether it holds.
+
+        Args:
+            found: The condition.
+            limit_s: Longest wait; the time allowed for discovery if None.
+        """
+        return self.spin_until(found, self._spin_time_s if limit_s is None else limit_s)
 
     def node_names(self, *, hidden: bool) -> list[str]:
         """Return the sorted full names of the nodes; with `hidden`, those of tools too."""

@@ -9,7 +9,12 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 import yaml
 
-from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float
+from goalreach_bringup.ros2cli.arguments import (
+    add_filter,
+    add_flags,
+    non_negative_int,
+    positive_float,
+)
 from goalreach_bringup.ros2cli.message_text import TextOptions, message_to_csv, message_to_yaml
 from goalreach_bringup.ros2cli.ros.qos import (
     add_qos_arguments,
@@ -29,12 +34,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
     parser.add_argument('message_type', nargs='?', help="Type (e.g. 'std_msgs/msg/String')")
     add_qos_arguments(parser, preset='sensor_data')
-    parser.add_argument('--csv', action='store_true', help='Output comma-separated values')
+    add_text_arguments(parser)
     parser.add_argument(
         '--field', help="Echo one field of a message (e.g. 'pose.pose' or 'status.[0].values')"
     )
+    add_filter(parser, 'are printed; with --field, m is the field')
+    add_flags(
+        parser,
+        ('--no-lost-messages', "Don't report when a message is lost"),
+        ('--raw', 'Echo the serialized message'),
+        ('--once', 'Exit after the first message'),
+        ('-i', '--include-message-info', 'Show the message info'),
+    )
     parser.add_argument(
-        '-f', '--full-length', action='store_true', help='Output all elements of arrays and text'
+        '--timeout', metavar='N', type=positive_float, help='Exit after so many seconds'
+    )
+    parser.set_defaults(run=echo_topic)
+
+
+def add_text_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `topic echo` and `service echo` share."""
+    add_flags(
+        parser,
+        ('--csv', 'Output comma-separated values'),
+        ('-f', '--full-length', 'Output all elements of arrays and text'),
+        ('--no-arr', "Don't print array fields of messages"),
+        ('--no-str', "Don't print string fields of messages"),
+        ('--flow-style', 'Print lists on one line (not with --csv)'),
     )
     parser.add_argument(
         '-l',
@@ -43,23 +69,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=128,
         help='The length to truncate arrays, bytes, and strings to (default: %(default)s)',
     )
-    for name, text in (('arr', 'array'), ('str', 'string')):
-        parser.add_argument(
-            f'--no-{name}', action='store_true', help=f"Don't print {text} fields of messages"
-        )
-    parser.add_argument('--flow-style', action='store_true', help='Print YAML in one line')
-    parser.add_argument(
-        '--no-lost-messages', action='store_true', help="Don't report when a message is lost"
+
+
+def text_options(args: argparse.Namespace) -> TextOptions:
+    """Return the parsed options of `add_text_arguments`, but for `--csv`."""
+    return TextOptions(
+        truncate_length=None if args.full_length else args.truncate_length,
+        no_arr=args.no_arr,
+        no_str=args.no_str,
+        flow_style=args.flow_style,
     )
-    parser.add_argument('--raw', action='store_true', help='Echo the serialized message')
-    parser.add_argument('--once', action='store_true', help='Exit after the first message')
-    parser.add_argument(
-        '--timeout', metavar='N', type=positive_float, help='Exit after so many seconds'
-    )
-    parser.add_argument(
-        '-i', '--include-message-info', action='store_true', help='Show the message info'
-    )
-    parser.set_defaults(run=echo_topic)
 
 
 def echo_topic(args: argparse.Namespace) -> None:
@@ -127,20 +146,18 @@ class _Echo:
         self._path = path
         self._csv: bool = args.csv
         self._with_info: bool = args.include_message_info
-        self._options = TextOptions(
-            truncate_length=None if args.full_length else args.truncate_length,
-            no_arr=args.no_arr,
-            no_str=args.no_str,
-            flow_style=args.flow_style,
-        )
+        self._passes = args.filter
+        self._options = text_options(args)
 
     def on_message(self, message: Any, info: dict[str, Any]) -> None:
         """Print one message.
 
         Raises:
-            CommandError: It has no such field.
+            CommandError: It has no such field, or cannot be filtered.
         """
         value = _select(message, self._path)
+        if self._passes is not None and not self._passes(value):
+            return
         if not hasattr(value, 'get_fields_and_field_types'):
             text = self._plain(value, info)
         elif self._csv:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float, positive_int
+from goalreach_bringup.ros2cli.arguments import (
+    add_values,
+    non_negative_int,
+    positive_float,
+    positive_int,
+    values_text,
+)
 from goalreach_bringup.ros2cli.message_fields import Stamper, build_message, parse_values
 from goalreach_bringup.ros2cli.ros.qos import (
     add_qos_arguments,
@@ -22,9 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_session_arguments(parser)
     parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
     parser.add_argument('message_type', help="Type (e.g. 'std_msgs/msg/String')")
-    parser.add_argument(
-        'values', nargs='?', default='{}', help='Values to fill the message with, in YAML'
-    )
+    add_values(parser, 'Values to fill the message with, in YAML')
     parser.add_argument(
         '-r', '--rate', metavar='N', type=positive_float, default=1.0, help='Rate in Hz'
     )
@@ -61,7 +65,7 @@ def publish(args: argparse.Namespace) -> None:
         CommandError: The type or the values are wrong, or nobody subscribed in time.
     """
     kind = message_class(args.message_type)
-    message, stampers = build_message(kind, parse_values(args.values))
+    message, stampers = build_message(kind, parse_values(values_text(args)))
     profile = profile_from_options(args) or compatible_profile(args.qos_profile, [])[0]
     times = 1 if args.once else args.times
     with Session(args, args.node_name) as session:
