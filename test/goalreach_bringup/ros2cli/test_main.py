@@ -18,6 +18,7 @@ def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[
     out = capsys.readouterr().out
     assert out.startswith('usage: ros2 ')
     assert all(name in out for name in COMMANDS)
+    assert 'Differences from ros2cli 0.32: ' in out
 
 
 @pytest.mark.parametrize(

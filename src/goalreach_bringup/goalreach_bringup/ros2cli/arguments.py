@@ -5,17 +5,25 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 import math
+import re
 import sys
 from types import CodeType
-from typing import Any
+from typing import Any, Final
 
 from goalreach_msgs_py.errors import CommandError
 
 
-def add_flags(parser: Any, *flags: tuple[str, ...]) -> None:  # noqa: ANN401 - or a group of one
-    """Add flags to a parser, each given by its names and its help."""
-    for *names, text in flags:
-        parser.add_argument(*names, action='store_true', help=text)
+def add(parser: Any, *rows: tuple[Any, ...]) -> None:  # noqa: ANN401 - or a group of one
+    """Add arguments to a parser.
+
+    Args:
+        parser: A parser, or a group of one.
+        rows: Names with spaces between them, help, and what else `add_argument` takes, as a
+            mapping; without one, an option is a flag.
+    """
+    for names, text, *more in rows:
+        settings = more[0] if more else {'action': 'store_true'} if names[0] == '-' else {}
+        parser.add_argument(*names.split(), help=text, **settings)
 
 
 def positive_int(text: str) -> int:
@@ -56,6 +64,18 @@ def positive_float(text: str) -> float:
     return value
 
 
+def regular_expression(text: str) -> re.Pattern[str]:
+    """Return the expression, compiled.
+
+    Raises:
+        argparse.ArgumentTypeError: It is none.
+    """
+    try:
+        return re.compile(text)
+    except re.error as error:
+        raise argparse.ArgumentTypeError(f'{text!r} is no regular expression: {error}') from None
+
+
 def message_filter(text: str) -> Callable[[Any], bool]:
     """Return the function of a message `m` that a Python expression describes.
 
@@ -78,26 +98,14 @@ def message_filter(text: str) -> Callable[[Any], bool]:
     return passes
 
 
-def add_filter(parser: argparse.ArgumentParser, action: str) -> None:
-    """Add `--filter`.
-
-    Args:
-        parser: Parser of the verb.
-        action: What happens to the messages that pass.
-    """
-    parser.add_argument(
-        '--filter',
-        type=message_filter,
-        metavar='EXPR',
-        help=f'Python expression of m, the message: only messages for which it is true {action}',
-    )
-
-
 def add_values(parser: argparse.ArgumentParser, text: str) -> None:
     """Add the argument that fills a message, or its source on standard input."""
     group = parser.add_mutually_exclusive_group()
-    group.add_argument('values', nargs='?', default='{}', help=text)
-    add_flags(group, ('--stdin', 'Read values from standard input'))
+    add(
+        group,
+        ('values', text, {'nargs': '?', 'default': '{}'}),
+        ('--stdin', 'Read values from standard input'),
+    )
 
 
 def values_text(args: argparse.Namespace) -> str:
@@ -112,6 +120,11 @@ def values_text(args: argparse.Namespace) -> str:
         return sys.stdin.buffer.read().decode()
     except UnicodeDecodeError:
         raise CommandError('The values on standard input are not UTF-8 text') from None
+
+
+COUNT: Final = {'metavar': 'N', 'type': non_negative_int}
+SECONDS: Final = {'metavar': 'S', 'type': positive_float}
+FILTER: Final = {'metavar': 'EXPR', 'type': message_filter}
 
 
 class TerminatedError(Exception):

@@ -19,6 +19,12 @@ COMMANDS: Final = {
 }
 """Summary by command. The verbs are in the module `ros.<command>`."""
 
+_DIFFERENCES: Final = (
+    'Differences from ros2cli 0.32: values that do not fit a field are refused, not converted; '
+    'a parameter change that is refused ends with status 1; discovery ends as soon as the graph '
+    'has settled, without a daemon; hz takes one topic; the other commands are not there. '
+    'Statuses: 0, 1 with one line on stderr, 2 for an invalid command line.'
+)
 _TERMINATED: Final = 143
 
 
@@ -50,6 +56,7 @@ def _parser(arguments: list[str]) -> argparse.ArgumentParser:
         prog='ros2',
         description='ros2 is an extensible command-line tool for ROS 2. This is the part of it '
         'that comes with goalreach; the real one is used where it is on the PATH.',
+        epilog=_DIFFERENCES,
     )
     commands = parser.add_subparsers(title='Commands', metavar='COMMAND')
     for name, summary in COMMANDS.items():

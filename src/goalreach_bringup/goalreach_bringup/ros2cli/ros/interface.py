@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from rosidl_adapter.parser import InvalidSpecification, parse_message_string
 
-from goalreach_bringup.ros2cli.arguments import add_flags
+from goalreach_bringup.ros2cli.arguments import add
 from goalreach_bringup.ros2cli.message_text import TextOptions, message_to_yaml
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import interface_class
@@ -26,25 +26,23 @@ def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 interface`."""
     verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
     for name, text, run in (
-        ('list', 'List all interface types available', list_interfaces),
-        ('package', 'Output a list of available types within one package', print_package),
-        ('packages', 'Output a list of packages that provide interfaces', list_packages),
+        ('list', 'List all interface types available', print_names),
+        ('package', 'Output a list of available types within one package', print_names),
+        ('packages', 'Output a list of packages that provide interfaces', print_names),
         ('proto', 'Output an interface prototype', print_prototype),
         ('show', 'Output the interface definition; - reads its type from stdin', show_interface),
     ):
         verb = verbs.add_parser(name, help=text, description=text)
-        verb.set_defaults(run=run)
+        verb.set_defaults(run=run, verb=name)
         if name in ('proto', 'show'):
-            verb.add_argument('type', help="Name of the type (e.g. 'std_msgs/msg/String')")
+            add(verb, ('type', "Name of the type (e.g. 'std_msgs/msg/String')"))
             continue
         for kind, title in _KINDS.items():
-            flag = f'--only-{kind}s'
-            add_flags(verb, (f'-{kind[0]}', flag, f'Print out only the {title.lower()}'))
-    verbs.choices['package'].add_argument('package_name', help='Name of the ROS package')
-    add_flags(verbs.choices['proto'], ('--no-quotes', 'Output no outer quotes'))
-    comments = verbs.choices['show'].add_mutually_exclusive_group()
-    add_flags(
-        comments,
+            add(verb, (f'-{kind[0]} --only-{kind}s', f'Print only the {title.lower()}'))
+    add(verbs.choices['package'], ('package_name', 'Name of the ROS package'))
+    add(verbs.choices['proto'], ('--no-quotes', 'Output no outer quotes'))
+    add(
+        verbs.choices['show'].add_mutually_exclusive_group(),
         ('--all-comments', 'Show all comments, those of nested definitions too'),
         ('--no-comments', 'Show no comments or whitespace'),
     )
@@ -65,41 +63,30 @@ def _interfaces() -> dict[str, list[str]]:
     return dict(sorted(found.items()))
 
 
-def _kinds(args: argparse.Namespace) -> list[str]:
-    chosen = [kind for kind in _KINDS if getattr(args, f'only_{kind}s')]
-    return chosen or list(_KINDS)
-
-
-def list_interfaces(args: argparse.Namespace) -> None:
-    """Print the names of all types, kind by kind."""
-    for kind in _kinds(args):
-        print(f'{_KINDS[kind]}:')
-        for package, names in _interfaces().items():
-            for name in names:
-                if name.startswith(f'{kind}/'):
-                    print(f'    {package}/{name}')
-
-
-def print_package(args: argparse.Namespace) -> None:
-    """Print the names of the types of one package.
+def print_names(args: argparse.Namespace) -> None:
+    """Print the names of all types kind by kind, of those of a package, or of all packages.
 
     Raises:
         CommandError: There is no such package.
     """
-    names = _interfaces().get(args.package_name)
-    if names is None:
-        raise CommandError(f"Unknown package '{args.package_name}'")
-    for name in names:
-        if name.partition('/')[0] in _kinds(args):
-            print(f'{args.package_name}/{name}')
-
-
-def list_packages(args: argparse.Namespace) -> None:
-    """Print the names of the packages that have types of the chosen kinds."""
-    kinds = _kinds(args)
-    for package, names in _interfaces().items():
-        if any(name.partition('/')[0] in kinds for name in names):
-            print(package)
+    kinds = [kind for kind in _KINDS if getattr(args, f'only_{kind}s')] or list(_KINDS)
+    found = {
+        package: [name for name in names if name.partition('/')[0] in kinds]
+        for package, names in _interfaces().items()
+    }
+    if args.verb == 'packages':
+        lines = [package for package, names in found.items() if names]
+    elif args.verb == 'package':
+        if args.package_name not in found:
+            raise CommandError(f"Unknown package '{args.package_name}'")
+        lines = [f'{args.package_name}/{name}' for name in found[args.package_name]]
+    else:
+        lines = []
+        for kind in kinds:
+            lines.append(f'{_KINDS[kind]}:')
+            all_names = (f'{package}/{name}' for package in found for name in found[package])
+            lines += [f'    {name}' for name in all_names if f'/{kind}/' in name]
+    print(''.join(f'{line}\n' for line in lines), end='')
 
 
 def print_prototype(args: argparse.Namespace) -> None:

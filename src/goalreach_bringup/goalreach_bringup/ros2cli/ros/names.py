@@ -8,8 +8,8 @@ from typing import Any
 
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from goalreach_bringup.ros2cli.arguments import add_flags
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_bringup.ros2cli.arguments import add
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_msgs_py.errors import CommandError
 
 
@@ -20,33 +20,25 @@ def add_verbs(parser: argparse.ArgumentParser, noun: str) -> Any:
         parser: Parser of the command.
         noun: 'topic' or 'service'.
     """
-    hidden = (f'--include-hidden-{noun}s', f'Consider hidden {noun}s as well')
-    parser.add_argument(hidden[0], action='store_true', dest='hidden', help=hidden[1])
+    flag, text = f'--include-hidden-{noun}s', f'Consider hidden {noun}s as well'
+    add(parser, (flag, text, {'action': 'store_true', 'dest': 'hidden'}))
+    hidden = {'action': 'store_true', 'dest': 'hidden', 'default': argparse.SUPPRESS}
+    shown = (
+        (f'-c --count-{noun}s', f'Only display the number of {noun}s'),
+        (flag, text, hidden),
+    )
+    types = ('-t --show-types', f'Additionally show the {noun} type')
+    wanted = ('type_name', 'Type to find', {'metavar': f'{noun}_type'})
+    named = ('name', f'Name of the ROS {noun}', {'metavar': f'{noun}_name'})
     verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
-    for name, text, run in (
-        ('list', f'Output a list of available {noun}s', list_names),
-        ('find', f'Output a list of available {noun}s of a given type', find_names),
-        ('type', f"Print a {noun}'s type", print_types),
-        ('info', f'Print information about a {noun}', print_info),
+    for name, about, run, rows in (
+        ('list', f'Output a list of available {noun}s', list_names, (types, *shown)),
+        ('find', f'Output a list of {noun}s of a given type', list_names, (wanted, *shown)),
+        ('type', f"Print a {noun}'s type", print_types, (named,)),
+        ('info', f'Print information about a {noun}', print_info, (named,)),
     ):
-        verb = verbs.add_parser(name, help=text)
-        add_session_arguments(verb)
-        verb.set_defaults(run=run, noun=noun, verbose=False)
-        if name in ('list', 'find'):
-            add_flags(verb, ('-c', f'--count-{noun}s', f'Only display the number of {noun}s'))
-            verb.add_argument(
-                hidden[0],
-                action='store_true',
-                dest='hidden',
-                default=argparse.SUPPRESS,
-                help=hidden[1],
-            )
-    add_flags(verbs.choices['list'], ('-t', '--show-types', f'Additionally show the {noun} type'))
-    verbs.choices['find'].add_argument('type_name', metavar=f'{noun}_type', help='Type to find')
-    for name in ('type', 'info'):
-        verbs.choices[name].add_argument(
-            'name', metavar=f'{noun}_name', help=f'Name of the ROS {noun}'
-        )
+        verb = add_verb(verbs, name, about, run, *rows)
+        verb.set_defaults(noun=noun, verbose=False, show_types=False, type_name=None)
     return verbs
 
 
@@ -54,38 +46,27 @@ def _all(session: Session, noun: str) -> dict[str, list[str]]:
     return session.topics() if noun == 'topic' else session.services()
 
 
-def _visible(session: Session, args: argparse.Namespace) -> dict[str, list[str]]:
-    session.discover()
-    return {
-        name: types
-        for name, types in _all(session, args.noun).items()
-        if args.hidden or not topic_or_service_is_hidden(name)
-    }
-
-
-def _print(lines: list[str], args: argparse.Namespace) -> None:
-    if getattr(args, f'count_{args.noun}s'):
-        print(len(lines))
-    elif lines:
-        print('\n'.join(lines))
-
-
 def list_names(args: argparse.Namespace) -> None:
-    """Print the names of the topics or services."""
+    """Print the names of the topics or services, those of a type alone where one is given."""
     with Session(args) as session:
-        found = _visible(session, args)
-        if args.verbose and not args.count_topics:
-            node = session.node
-            for title, noun, count in (
-                ('Published', 'publisher', node.count_publishers),
-                ('Subscribed', 'subscriber', node.count_subscribers),
-            ):
-                _print_counts(title, noun, {name: count(name) for name in found}, found)
+        session.discover()
+        found = {
+            name: types
+            for name, types in _all(session, args.noun).items()
+            if (args.hidden or not topic_or_service_is_hidden(name))
+            and (args.type_name is None or args.type_name in types)
+        }
+        count = getattr(args, f'count_{args.noun}s')
+        if args.verbose and not count:
+            counts = (session.node.count_publishers, session.node.count_subscribers)
+            _print_counts('Published', 'publisher', {n: counts[0](n) for n in found}, found)
+            _print_counts('Subscribed', 'subscriber', {n: counts[1](n) for n in found}, found)
             return
-    shown = {
-        name: f' [{", ".join(types)}]' if args.show_types else '' for name, types in found.items()
-    }
-    _print([f'{name}{types}' for name, types in shown.items()], args)
+    if count:
+        print(len(found))
+        return
+    for name, types in found.items():
+        print(f'{name} [{", ".join(types)}]' if args.show_types else name)
 
 
 def _print_counts(
@@ -97,13 +78,6 @@ def _print_counts(
             plural = '' if count == 1 else 's'
             print(f' * {name} [{", ".join(types[name])}] {count} {noun}{plural}')
     print()
-
-
-def find_names(args: argparse.Namespace) -> None:
-    """Print the names of the topics or services of a type."""
-    with Session(args) as session:
-        found = _visible(session, args)
-    _print([name for name, types in found.items() if args.type_name in types], args)
 
 
 def print_types(args: argparse.Namespace) -> None:

@@ -11,28 +11,19 @@ from rclpy.action.graph import (
     get_action_server_names_and_types_by_node,
 )
 
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments, full_name
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb, full_name
 from goalreach_msgs_py.errors import CommandError
 
 
 def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 node`."""
     verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
-    verb = verbs.add_parser('list', help='Output a list of available nodes')
-    add_session_arguments(verb)
-    verb.add_argument('-a', '--all', action='store_true', help='Display hidden nodes too')
-    verb.add_argument(
-        '-c', '--count-nodes', action='store_true', help='Only display the number of nodes'
-    )
-    verb.set_defaults(run=list_nodes)
-
-    verb = verbs.add_parser('info', help='Output information about a node')
-    add_session_arguments(verb)
-    verb.add_argument('node_name', help='Fully qualified node name')
-    verb.add_argument(
-        '--include-hidden', action='store_true', help='Display hidden topics and services too'
-    )
-    verb.set_defaults(run=info_nodes)
+    hidden = ('-a --all', 'Display hidden nodes too')
+    count = ('-c --count-nodes', 'Only display the number of nodes')
+    add_verb(verbs, 'list', 'Output a list of available nodes', list_nodes, hidden, count)
+    name = ('node_name', 'Fully qualified node name')
+    hidden = ('--include-hidden', 'Display hidden topics and services too')
+    add_verb(verbs, 'info', 'Output information about a node', info_nodes, name, hidden)
 
 
 def list_nodes(args: argparse.Namespace) -> None:

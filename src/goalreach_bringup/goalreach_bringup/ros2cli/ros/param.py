@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import re
+from collections.abc import Callable
 import sys
 from typing import Any, Final
 
@@ -16,8 +16,8 @@ from rclpy.parameter import (
 from rclpy.parameter_client import AsyncParameterClient
 import yaml
 
-from goalreach_bringup.ros2cli.arguments import add_flags, non_negative_int
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments, full_name
+from goalreach_bringup.ros2cli.arguments import COUNT, regular_expression
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb, full_name
 from goalreach_msgs_py.errors import CommandError
 
 _CALL_S: Final = 5.0
@@ -37,53 +37,34 @@ _TYPES: Final = {
 }
 """Type code: name of the type, and the text before a value of it."""
 
-
-_VERBS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
-    'list': ('Output a list of available parameters', ()),
-    'get': ('Get parameter', ('parameter_name',)),
-    'set': ('Set parameter', ('parameter_name', 'value')),
-    'delete': ('Delete parameter', ('parameter_name',)),
-    'describe': ('Show descriptive information about declared parameters', ('parameter_names',)),
-    'dump': ('Show all of the parameters of a node in a YAML format', ()),
-    'load': ('Load parameter file for a node', ('parameter_file',)),
-}
-"""Verb: its help, and its arguments after the name of the node."""
-
-_ARGUMENTS: Final = {
-    'parameter_name': 'Name of the parameter',
-    'parameter_names': 'Names of the parameters',
-    'parameter_file': 'Parameter file',
-    'value': 'Value of the parameter, in YAML',
-}
+_NAME: Final = ('parameter_name', 'Name of the parameter')
 
 
 def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 param`."""
+    names = ('parameter_names', 'Names of the parameters', {'nargs': '+'})
+    prefixes = ('--param-prefixes', 'Only these prefixes', {'nargs': '+', 'default': []})
+    types = ('--param-type', 'Print types with the names')
+    expression = {'metavar': 'REGEX', 'type': regular_expression}
+    matching = ('--filter', 'Only names that match the expression', expression)
+    value = ('value', 'Value of the parameter, in YAML')
+    hide = ('--hide-type', 'Hide the type information')
+    file = ('parameter_file', 'Parameter file')
+    wildcard = ('--no-use-wildcard', "Do not load what the file has for '/**'")
+    hidden = ('--include-hidden-nodes', 'Consider hidden nodes as well')
+    timeout = ('--timeout', 'Wait for N seconds for the node (default: --spin-time)', COUNT)
     verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
-    for name, (text, arguments) in _VERBS.items():
-        verb = verbs.add_parser(name, help=text)
-        add_session_arguments(verb)
-        add_flags(verb, ('--include-hidden-nodes', 'Consider hidden nodes as well'))
-        verb.add_argument(
-            '--timeout',
-            metavar='N',
-            type=non_negative_int,
-            help='Wait for N seconds until node becomes available (default: --spin-time)',
-        )
-        verb.add_argument(
-            'node_name', nargs='?' if name == 'list' else None, help='Name of the ROS node'
-        )
-        for argument in arguments:
-            nargs = '+' if argument == 'parameter_names' else None
-            verb.add_argument(argument, nargs=nargs, help=_ARGUMENTS[argument])
-        verb.set_defaults(run=_RUN[name])
-    verb = verbs.choices['list']
-    verb.add_argument('--param-prefixes', nargs='+', default=[], help='Only these prefixes')
-    add_flags(verb, ('--param-type', 'Print types with the names'))
-    verb.add_argument('--filter', metavar='REGEX', help='Only names that match the expression')
-    add_flags(verbs.choices['get'], ('--hide-type', 'Hide the type information'))
-    text = "Do not load parameters in the '/**' namespace into the node"
-    add_flags(verbs.choices['load'], ('--no-use-wildcard', text))
+    for name, text, run, rows in (
+        ('list', 'List parameters', list_parameters, (prefixes, types, matching)),
+        ('get', 'Get parameter', get_parameter, (_NAME, hide)),
+        ('set', 'Set parameter', change_parameter, (_NAME, value)),
+        ('delete', 'Delete parameter', change_parameter, (_NAME,)),
+        ('describe', 'Show information about parameters', describe_parameters, (names,)),
+        ('dump', 'Show the parameters of a node in YAML', dump_parameters, ()),
+        ('load', 'Load parameter file for a node', load_parameters, (file, wildcard)),
+    ):
+        node = ('node_name', 'Name of the ROS node', {'nargs': '?'} if name == 'list' else {})
+        add_verb(verbs, name, text, run, node, hidden, timeout, *rows)
 
 
 def list_parameters(args: argparse.Namespace) -> None:
@@ -113,38 +94,33 @@ def get_parameter(args: argparse.Namespace) -> None:
     Raises:
         CommandError: There is no such node or parameter, or it does not answer.
     """
-    with Session(args) as session:
-        client = _client(session, args)
-        values = _answer(session, client.get_parameters([args.parameter_name])).values
+    values = _ask(args, lambda client: client.get_parameters([args.parameter_name])).values
     if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
         raise CommandError('Parameter not set.')
     value = parameter_value_to_python(values[0])
     print(value if args.hide_type else f'{_TYPES[values[0].type][1]} {value}')
 
 
-def set_parameter(args: argparse.Namespace) -> None:
-    """Set a parameter. Departure from ros2cli: a refusal ends with status 1.
+def change_parameter(args: argparse.Namespace) -> None:
+    """Set or delete a parameter. Departure from ros2cli: a refusal ends with status 1.
 
     Raises:
-        CommandError: There is no such node, or it refuses the value, with its reason.
+        CommandError: There is no such node, or it refuses the change, with its reason.
     """
-    parameter = Parameter(name=args.parameter_name, value=_parse(args.value))
-    with Session(args) as session:
-        client = _client(session, args)
-        result = _answer(session, client.set_parameters([parameter])).results[0]
-    _report(result, 'Set parameter successful', 'Setting parameter failed')
+    setting = hasattr(args, 'value')
+    value = _parse(args.value) if setting else ParameterValue()
+    parameter = Parameter(name=args.parameter_name, value=value)
+    result = _ask(args, lambda client: client.set_parameters([parameter])).results[0]
+    if result.successful:
+        done = 'Set parameter successful' if setting else 'Deleted parameter successfully'
+        print(_with_reason(done, result))
+    else:
+        failed = 'Setting' if setting else 'Deleting'
+        raise CommandError(_with_reason(f'{failed} parameter failed', result))
 
 
-def delete_parameter(args: argparse.Namespace) -> None:
-    """Delete a parameter. Departure from ros2cli: a refusal ends with status 1.
-
-    Raises:
-        CommandError: There is no such node, or it refuses, with its reason.
-    """
-    with Session(args) as session:
-        client = _client(session, args)
-        result = _answer(session, client.delete_parameters([args.parameter_name])).results[0]
-    _report(result, 'Deleted parameter successfully', 'Deleting parameter failed')
+def _with_reason(text: str, result: Any) -> str:
+    return f'{text}: {result.reason}' if result.reason else text
 
 
 def describe_parameters(args: argparse.Namespace) -> None:
@@ -153,9 +129,7 @@ def describe_parameters(args: argparse.Namespace) -> None:
     Raises:
         CommandError: There is no such node, or it does not answer.
     """
-    with Session(args) as session:
-        client = _client(session, args)
-        found = _answer(session, client.describe_parameters(args.parameter_names)).descriptors
+    found = _ask(args, lambda client: client.describe_parameters(args.parameter_names)).descriptors
     for one in found:
         lines = [f'Parameter name: {one.name}', f'  Type: {_TYPES[one.type][0]}']
         lines += [f'  Description: {one.description}'] if one.description else []
@@ -183,34 +157,15 @@ def load_parameters(args: argparse.Namespace) -> None:
     except (OSError, RuntimeError, yaml.YAMLError, AttributeError, TypeError, ValueError) as error:
         reason = ' '.join(str(error).split())
         raise CommandError(f'{args.parameter_file}: {reason}') from None
-    with Session(args) as session:
-        client = _client(session, args)
-        results = _answer(session, client.set_parameters(parameters)).results
-    lines = [
-        (result.successful, _outcome(result, f'Set parameter {one.name} {word}'))
-        for one, result in zip(parameters, results, strict=True)
-        for word in ['successful' if result.successful else 'failed']
-    ]
-    for successful, line in lines:
-        if successful:
-            print(line)
-    if failed := [line for successful, line in lines if not successful]:
+    results = _ask(args, lambda client: client.set_parameters(parameters)).results
+    failed = []
+    for parameter, result in zip(parameters, results, strict=True):
+        if result.successful:
+            print(_with_reason(f'Set parameter {parameter.name} successful', result))
+        else:
+            failed.append(_with_reason(f'Set parameter {parameter.name} failed', result))
+    if failed:
         raise CommandError('\n'.join(failed))
-
-
-def _outcome(result: Any, text: str) -> str:
-    return f'{text}: {result.reason}' if result.reason else text
-
-
-def _report(result: Any, success: str, failure: str) -> None:
-    """Print the result of a change.
-
-    Raises:
-        CommandError: The change was refused.
-    """
-    if not result.successful:
-        raise CommandError(_outcome(result, failure))
-    print(_outcome(result, success))
 
 
 def dump_parameters(args: argparse.Namespace) -> None:
@@ -233,6 +188,12 @@ def dump_parameters(args: argparse.Namespace) -> None:
     print(yaml.dump({full_name(args.node_name): {'ros__parameters': tree}}))
 
 
+def _ask(args: argparse.Namespace, call: Callable[[AsyncParameterClient], Any]) -> Any:
+    """Return what the node that the user named answers to a call."""
+    with Session(args) as session:
+        return _answer(session, call(_client(session, args)))
+
+
 def _client(session: Session, args: argparse.Namespace) -> Any:
     """Return a client of the parameters of the node that the user named."""
     name = full_name(args.node_name)
@@ -249,7 +210,7 @@ def _client(session: Session, args: argparse.Namespace) -> Any:
 def _print_names(session: Session, client: Any, args: argparse.Namespace) -> None:
     names = sorted(_answer(session, client.list_parameters(args.param_prefixes)).result.names)
     if args.filter is not None:
-        names = [name for name in names if re.search(args.filter, name)]
+        names = [name for name in names if args.filter.search(name)]
     suffixes = [''] * len(names)
     if args.param_type:
         descriptors = _answer(session, client.describe_parameters(names)).descriptors
@@ -268,14 +229,3 @@ def _parse(text: str) -> ParameterValue:
         return get_parameter_value(text)
     except (AssertionError, yaml.YAMLError):  # a mapping, or not YAML
         return ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
-
-
-_RUN: Final = {
-    'list': list_parameters,
-    'get': get_parameter,
-    'set': set_parameter,
-    'delete': delete_parameter,
-    'describe': describe_parameters,
-    'dump': dump_parameters,
-    'load': load_parameters,
-}

@@ -15,6 +15,8 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
+from goalreach_bringup.ros2cli.arguments import SECONDS, add
+
 _POLICIES = {
     'reliability': QoSReliabilityPolicy,
     'durability': QoSDurabilityPolicy,
@@ -30,25 +32,16 @@ def add_qos_arguments(parser: argparse.ArgumentParser, *, preset: str) -> None:
         parser: Parser of the verb.
         preset: Key of the default profile, which the other options change.
     """
-    parser.add_argument(
-        '--qos-profile',
-        choices=QoSPresetProfiles.short_keys(),
-        default=preset,
-        help='Quality of service preset profile (default: %(default)s)',
+    presets = {'choices': QoSPresetProfiles.short_keys(), 'default': preset}
+    add(
+        parser,
+        ('--qos-profile', 'Quality of service preset (default: %(default)s)', presets),
+        ('--qos-depth', 'Queue size', {'metavar': 'N', 'type': int}),
+        ('--qos-liveliness-lease-duration-seconds', 'Its liveliness lease duration', SECONDS),
     )
-    parser.add_argument('--qos-depth', metavar='N', type=int, help='Queue size')
     for name, policy in _POLICIES.items():
-        parser.add_argument(
-            f'--qos-{name}',
-            choices=policy.short_keys(),
-            help=f'Quality of service {name} setting (overrides that of --qos-profile)',
-        )
-    parser.add_argument(
-        '--qos-liveliness-lease-duration-seconds',
-        type=float,
-        metavar='S',
-        help='Quality of service liveliness lease duration setting',
-    )
+        text = f'Quality of service {name} setting (overrides that of --qos-profile)'
+        add(parser, (f'--qos-{name}', text, {'choices': policy.short_keys()}))
 
 
 def profile_from_options(args: argparse.Namespace) -> Any | None:

@@ -13,8 +13,8 @@ from goalreach_bringup.ros2cli.arguments import add_values, positive_float, valu
 from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
 from goalreach_bringup.ros2cli.message_text import message_to_csv, message_values, values_to_yaml
 from goalreach_bringup.ros2cli.ros import names
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
-from goalreach_bringup.ros2cli.ros.topic_echo import add_text_arguments, text_options
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb
+from goalreach_bringup.ros2cli.ros.topic_echo import TEXT_ARGUMENTS, text_options
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import full_type_name, service_class
 
@@ -27,22 +27,15 @@ _EVENTS: Final = {
 def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 service`."""
     verbs = names.add_verbs(parser, 'service')
-    verb = verbs.add_parser('call', help='Call a service')
-    add_session_arguments(verb)
-    verb.add_argument('service_name', help="Name of the ROS service (e.g. '/add_two_ints')")
-    verb.add_argument('service_type', help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    name = ('service_name', "Name of the ROS service (e.g. '/add_two_ints')")
+    type_text = "Type of the ROS service (e.g. 'std_srvs/srv/Empty')"
+    rate = ('-r --rate', 'Repeat at a rate in Hz', {'metavar': 'N', 'type': positive_float})
+    kind: tuple[Any, ...] = ('service_type', type_text)
+    verb = add_verb(verbs, 'call', 'Call a service', call_service, name, kind, rate)
     add_values(verb, "Values of the request in YAML (e.g. '{a: 1}')")
-    verb.add_argument(
-        '-r', '--rate', metavar='N', type=positive_float, help='Repeat the call at a rate in Hz'
-    )
-    verb.set_defaults(run=call_service)
-
-    verb = verbs.add_parser('echo', help='Echo a service, whose introspection must be on')
-    add_session_arguments(verb)
-    verb.add_argument('service_name', help="Name of the ROS service (e.g. '/add_two_ints')")
-    verb.add_argument('service_type', nargs='?', help="Type (e.g. 'std_srvs/srv/Empty')")
-    add_text_arguments(verb)
-    verb.set_defaults(run=echo_service)
+    text = 'Echo a service, whose introspection must be on'
+    kind = ('service_type', type_text, {'nargs': '?'})
+    add_verb(verbs, 'echo', text, echo_service, name, kind, *TEXT_ARGUMENTS)
 
 
 def echo_service(args: argparse.Namespace) -> None:

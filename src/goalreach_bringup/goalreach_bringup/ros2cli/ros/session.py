@@ -15,7 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from goalreach_bringup.ros2cli.arguments import TerminatedError
+from goalreach_bringup.ros2cli.arguments import TerminatedError, add
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE, use_profile
@@ -38,21 +38,29 @@ _UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
 """Name in the graph of a node whose endpoint is known before its name."""
 
 
-def add_session_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of ros2cli that are about discovery and time."""
-    parser.add_argument(
-        '--spin-time',
-        type=float,
-        default=_DISCOVERY_S,
-        help='longest time to wait for discovery, in seconds (default: %(default)s); '
-        'the wait ends as soon as the graph has settled',
+def add_verb(
+    verbs: Any, name: str, text: str, run: Callable[[argparse.Namespace], None], *rows: Any
+) -> argparse.ArgumentParser:
+    """Add a verb that looks at the graph, with the options of ros2cli about discovery and time.
+
+    Args:
+        verbs: The sub-parsers of the command.
+        name: The verb.
+        text: Its help.
+        run: What it runs.
+        rows: Its own arguments, as for `add`.
+    """
+    verb: argparse.ArgumentParser = verbs.add_parser(name, help=text, description=text)
+    wait = 'longest wait for discovery; it ends when the graph has settled (default: %(default)s)'
+    add(
+        verb,
+        *rows,
+        ('--spin-time', wait, {'type': float, 'metavar': 'S', 'default': _DISCOVERY_S}),
+        ('-s --use-sim-time', 'Enable ROS simulation time'),
+        ('--no-daemon', 'accepted for ros2cli; there is never a daemon'),
     )
-    parser.add_argument(
-        '-s', '--use-sim-time', action='store_true', help='Enable ROS simulation time'
-    )
-    parser.add_argument(
-        '--no-daemon', action='store_true', help='accepted for ros2cli; there is never a daemon'
-    )
+    verb.set_defaults(run=run)
+    return verb
 
 
 class Session:
@@ -62,7 +70,7 @@ class Session:
     error.
 
     Args:
-        args: The parsed options of `add_session_arguments`.
+        args: The parsed options of `add_verb`.
         node_name: Name of the node; hidden and unique if None.
     """
 

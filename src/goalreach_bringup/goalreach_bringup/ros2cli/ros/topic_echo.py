@@ -4,75 +4,60 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import Any
+from typing import Any, Final
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 import yaml
 
-from goalreach_bringup.ros2cli.arguments import (
-    add_filter,
-    add_flags,
-    non_negative_int,
-    positive_float,
-)
+from goalreach_bringup.ros2cli.arguments import COUNT, FILTER, SECONDS
 from goalreach_bringup.ros2cli.message_text import TextOptions, message_to_csv, message_to_yaml
 from goalreach_bringup.ros2cli.ros.qos import (
     add_qos_arguments,
     compatible_profile,
     profile_from_options,
 )
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import message_class
 
 _INDEX = re.compile(r'\[(-?\d+)\]$')
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `ros2 topic echo`."""
-    add_session_arguments(parser)
-    parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
-    parser.add_argument('message_type', nargs='?', help="Type (e.g. 'std_msgs/msg/String')")
-    add_qos_arguments(parser, preset='sensor_data')
-    add_text_arguments(parser)
-    parser.add_argument(
-        '--field', help="Echo one field of a message (e.g. 'pose.pose' or 'status.[0].values')"
-    )
-    add_filter(parser, 'are printed; with --field, m is the field')
-    add_flags(
-        parser,
+_LENGTH: Final = 'The length to truncate arrays, bytes, and strings to (default: %(default)s)'
+TEXT_ARGUMENTS: Final = (
+    ('--csv', 'Output comma-separated values'),
+    ('-f --full-length', 'Output all elements of arrays and text'),
+    ('-l --truncate-length', _LENGTH, {**COUNT, 'default': 128}),
+    ('--no-arr', "Don't print array fields of messages"),
+    ('--no-str', "Don't print string fields of messages"),
+    ('--flow-style', 'Print lists on one line (not with --csv)'),
+)
+"""Arguments that `topic echo` and `service echo` share."""
+
+
+def add_to(verbs: Any) -> None:
+    """Add the verb to the sub-parsers of `ros2 topic`."""
+    verb = add_verb(
+        verbs,
+        'echo',
+        'Output messages from a topic',
+        echo_topic,
+        ('topic_name', "Name of the ROS topic (e.g. '/chatter')"),
+        ('message_type', "Type (e.g. 'std_msgs/msg/String')", {'nargs': '?'}),
+        ('--field', "Echo one field (e.g. 'pose.pose' or 'status.[0].values')", {}),
+        ('--filter', 'Print if this Python expression of m, message or --field, is true', FILTER),
         ('--no-lost-messages', "Don't report when a message is lost"),
         ('--raw', 'Echo the serialized message'),
         ('--once', 'Exit after the first message'),
-        ('-i', '--include-message-info', 'Show the message info'),
+        ('-i --include-message-info', 'Show the message info'),
+        ('--timeout', 'Exit after so many seconds', SECONDS),
+        *TEXT_ARGUMENTS,
     )
-    parser.add_argument(
-        '--timeout', metavar='N', type=positive_float, help='Exit after so many seconds'
-    )
-    parser.set_defaults(run=echo_topic)
-
-
-def add_text_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that `topic echo` and `service echo` share."""
-    add_flags(
-        parser,
-        ('--csv', 'Output comma-separated values'),
-        ('-f', '--full-length', 'Output all elements of arrays and text'),
-        ('--no-arr', "Don't print array fields of messages"),
-        ('--no-str', "Don't print string fields of messages"),
-        ('--flow-style', 'Print lists on one line (not with --csv)'),
-    )
-    parser.add_argument(
-        '-l',
-        '--truncate-length',
-        type=non_negative_int,
-        default=128,
-        help='The length to truncate arrays, bytes, and strings to (default: %(default)s)',
-    )
+    add_qos_arguments(verb, preset='sensor_data')
 
 
 def text_options(args: argparse.Namespace) -> TextOptions:
-    """Return the parsed options of `add_text_arguments`, but for `--csv`."""
+    """Return the parsed options `TEXT_ARGUMENTS`, but for `--csv`."""
     return TextOptions(
         truncate_length=None if args.full_length else args.truncate_length,
         no_arr=args.no_arr,

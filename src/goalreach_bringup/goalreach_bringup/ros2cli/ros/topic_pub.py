@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import Any, Final
 
 from goalreach_bringup.ros2cli.arguments import (
+    COUNT,
+    SECONDS,
+    add,
     add_values,
-    non_negative_int,
     positive_float,
     positive_int,
     values_text,
@@ -18,44 +20,36 @@ from goalreach_bringup.ros2cli.ros.qos import (
     compatible_profile,
     profile_from_options,
 )
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import message_class
 
+_WAITED: Final = 'Wait for N subscriptions (default: 1 with --once or --times, otherwise 0)'
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `ros2 topic pub`."""
-    add_session_arguments(parser)
-    parser.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
-    parser.add_argument('message_type', help="Type (e.g. 'std_msgs/msg/String')")
+
+def add_to(verbs: Any) -> None:
+    """Add the verb to the sub-parsers of `ros2 topic`."""
+    parser = add_verb(
+        verbs,
+        'pub',
+        'Publish a message to a topic',
+        publish,
+        ('topic_name', "Name of the ROS topic (e.g. '/chatter')"),
+        ('message_type', "Type (e.g. 'std_msgs/msg/String')"),
+        ('-r --rate', 'Rate in Hz', {'metavar': 'N', 'type': positive_float, 'default': 1.0}),
+        ('-p --print', 'Print every N-th', {**COUNT, 'default': 1}),
+        ('-w --wait-matching-subscriptions', _WAITED, COUNT),
+        ('--max-wait-time-secs', 'Longest such wait', SECONDS),
+        ('--keep-alive', 'Stay after the last message', {**SECONDS, 'default': 0.1}),
+        ('-n --node-name', 'Name of the created publishing node', {}),
+    )
     add_values(parser, 'Values to fill the message with, in YAML')
-    parser.add_argument(
-        '-r', '--rate', metavar='N', type=positive_float, default=1.0, help='Rate in Hz'
+    add(
+        parser.add_mutually_exclusive_group(),
+        ('-1 --once', 'Publish one message and exit'),
+        ('-t --times', 'Publish N times and exit', {'metavar': 'N', 'type': positive_int}),
     )
-    parser.add_argument(
-        '-p', '--print', metavar='N', type=non_negative_int, default=1, help='Print every N-th'
-    )
-    times = parser.add_mutually_exclusive_group()
-    times.add_argument('-1', '--once', action='store_true', help='Publish one message and exit')
-    times.add_argument(
-        '-t', '--times', metavar='N', type=positive_int, help='Publish N times and exit'
-    )
-    parser.add_argument(
-        '-w',
-        '--wait-matching-subscriptions',
-        metavar='N',
-        type=non_negative_int,
-        help='Wait for N subscriptions (default: 1 with --once or --times, otherwise 0)',
-    )
-    parser.add_argument(
-        '--max-wait-time-secs', metavar='N', type=positive_float, help='Longest such wait'
-    )
-    parser.add_argument(
-        '--keep-alive', metavar='N', type=float, default=0.1, help='Stay N seconds after the last'
-    )
-    parser.add_argument('-n', '--node-name', help='Name of the created publishing node')
     add_qos_arguments(parser, preset='default')
-    parser.set_defaults(run=publish)
 
 
 def publish(args: argparse.Namespace) -> None:

@@ -10,9 +10,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 
-from goalreach_bringup.ros2cli.arguments import add_filter, add_flags, positive_int
+from goalreach_bringup.ros2cli.arguments import FILTER, add, positive_int
 from goalreach_bringup.ros2cli.rate import Bandwidth, TimeWindow
-from goalreach_bringup.ros2cli.ros.session import Session, add_session_arguments
+from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_bringup.ros2cli.ros.topic_echo import topic_type
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.interfaces import message_class
@@ -27,19 +27,16 @@ def add_verbs(verbs: Any) -> None:
         ('bw', 'Display bandwidth used by topic', _BandwidthMeter, 100),
         ('delay', 'Display delay of topic from timestamp in header', _TimeMeter, 10000),
     ):
-        verb = verbs.add_parser(name, help=text)
-        add_session_arguments(verb)
-        verb.add_argument('topic_name', help="Name of the ROS topic (e.g. '/chatter')")
-        verb.add_argument(
-            '-w',
-            '--window',
-            type=positive_int,
-            default=window,
-            help='window size, in # of messages, for the calculation (default: %(default)s)',
-        )
-        verb.set_defaults(run=measure, meter=meter, delays=name == 'delay')
-    add_filter(verbs.choices['hz'], 'are counted')
-    add_flags(verbs.choices['hz'], ('--wall-time', 'calculate the rate with wall time'))
+        size = 'window size, in # of messages, for the calculation (default: %(default)s)'
+        topic = ('topic_name', "Name of the ROS topic (e.g. '/chatter')")
+        count = ('-w --window', size, {'metavar': 'N', 'type': positive_int, 'default': window})
+        verb = add_verb(verbs, name, text, measure, topic, count)
+        verb.set_defaults(meter=meter, delays=name == 'delay')
+    add(
+        verbs.choices['hz'],
+        ('--filter', 'Count if this Python expression of m, the message, is true', FILTER),
+        ('--wall-time', 'calculate the rate with wall time'),
+    )
 
 
 def measure(args: argparse.Namespace) -> None:
