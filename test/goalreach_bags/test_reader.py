@@ -107,7 +107,9 @@ def test_newer_version_is_read_as_far_as_it_is_known(
     (warning,) = caplog.messages
     assert warning.endswith('is of version 10: versions to 9 are known; what else it says is not '
                             'read')  # fmt: skip
+    assert inspect_bag(bag) == ((), '')
     (bag / 'bag_0.mcap').write_bytes((bag / 'bag_0.mcap').read_bytes()[:-20])
+    assert inspect_bag(bag)[1] == '', 'a repair would lose what it does not know'
     with pytest.raises(BagError, match='newer than is known here: it cannot be written again'):
         repair_bag(bag)
 

@@ -54,15 +54,10 @@ class BagScan:
         wrong = _disagreements(self.existing, self.metadata)
         return tuple(damages or [f'{METADATA_NAME}: {text}' for text in wrong])
 
-    def require_known_version(self) -> None:
-        """Refuse metadata of a newer version, which would lose what is not known here.
-
-        Raises:
-            BagError: It is of such a version.
-        """
-        if self.existing is not None and self.existing.version > METADATA_VERSION:
-            problem = f'is of version {self.existing.version}, newer than is known here'
-            raise BagError(self.path / METADATA_NAME, f'{problem}: it cannot be written again')
+    @property
+    def is_newer(self) -> bool:
+        """Whether the metadata is of a version newer than is known here."""
+        return self.existing is not None and self.existing.version > METADATA_VERSION
 
 
 def scan_bag(path: Path) -> BagScan:
@@ -158,13 +153,15 @@ def inspect_bag(path: Path) -> tuple[tuple[str, ...], str]:
         return (), 'not checked: its files are compressed as a whole'
     try:
         scan = scan_bag(path)
-        scan.require_known_version()
     except BagError as error:
         name = '' if error.path == str(path) else f'{Path(error.path).name}: '
         return (f'{name}{error.reason}',), ''
     except OSError as error:
         return (str(error),), ''
     if scan.problems:
-        return scan.problems, f'repair it: goalreach record --repair {path}'
+        return (
+            scan.problems,
+            '' if scan.is_newer else f'repair it: goalreach record --repair {path}',
+        )
     unindexed = ', '.join(file.path.name for file in scan.files if not file.indexed)
     return (), f'{unindexed}: no index, so it is read from its beginning' if unindexed else ''

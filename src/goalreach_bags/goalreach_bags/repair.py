@@ -73,7 +73,9 @@ def _repair(scan: BagScan, *, replace_files: bool) -> RepairResult:
     path, damaged, metadata = scan.path, scan.damaged, scan.metadata
     was_sound = not scan.problems
     if not was_sound:
-        scan.require_known_version()
+        if scan.is_newer:
+            problem = 'is of a version newer than is known here: it cannot be written again'
+            raise BagError(path / METADATA_NAME, problem)
         aside = [*scan.unfinished, *(file.path for file in damaged)]
         if (path / METADATA_NAME).exists():
             aside.append(path / METADATA_NAME)

@@ -4,7 +4,12 @@ import argparse
 
 import pytest
 
-from goalreach_bringup.ros2cli.arguments import non_negative_int, positive_float, positive_int
+from goalreach_bringup.ros2cli.arguments import (
+    non_negative_int,
+    positive_float,
+    positive_int,
+    ros_name,
+)
 
 
 def test_numbers_in_range() -> None:
@@ -26,3 +31,8 @@ def test_zero_is_not_positive() -> None:
 def test_not_a_rate(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match='positive number'):
         positive_float(text)
+
+
+@pytest.mark.parametrize('name', ['/a', 'a', '~/a', '/a/b_1', '_a', '/{node}/a'])
+def test_names_of_ros(name: str) -> None:
+    assert ros_name(name) == name

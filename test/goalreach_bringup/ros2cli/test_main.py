@@ -36,7 +36,23 @@ def test_each_level_has_its_help(arguments: list[str], capsys: pytest.CaptureFix
     assert capsys.readouterr().out.startswith(' '.join(['usage: ros2', *arguments]))
 
 
-@pytest.mark.parametrize('arguments', [['tpoic'], ['topic', 'lits'], ['topic', 'info'], ['node']])
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        ['tpoic'],
+        ['topic', 'lits'],
+        ['topic', 'info'],
+        ['node'],
+        *(['topic', verb, 'a-b'] for verb in ('info', 'type', 'echo', 'hz', 'bw', 'delay')),
+        ['topic', 'pub', '/a//b', 'std_msgs/msg/Bool'],
+        ['service', 'info', '/1'],
+        ['service', 'call', '', 'std_srvs/srv/Trigger'],
+        ['service', 'echo', '/a/'],
+        ['topic', 'hz', '/a', '--filter', 'm.'],
+        ['topic', 'bw', '/a', '-w', '0'],
+        ['param', 'list', '--filter', '['],
+    ],
+)
 def test_wrong_words_end_with_status_2(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,6 +12,8 @@ from typing import Any, Final
 
 from goalreach_msgs_py.errors import CommandError
 
+_NAME: Final = re.compile(r'(?:~/|/)?(?:[A-Za-z_{][\w{}]*/)*[A-Za-z_{][\w{}]*$', re.ASCII)
+
 
 def add(parser: Any, *rows: tuple[Any, ...]) -> None:  # noqa: ANN401 - or a group of one
     """Add arguments to a parser.
@@ -76,6 +78,17 @@ def regular_expression(text: str) -> re.Pattern[str]:
         raise argparse.ArgumentTypeError(f'{text!r} is no regular expression: {error}') from None
 
 
+def ros_name(text: str) -> str:
+    """Return the name of a topic or service, which may be relative or private.
+
+    Raises:
+        argparse.ArgumentTypeError: It is none.
+    """
+    if not _NAME.match(text):
+        raise argparse.ArgumentTypeError(f'{text!r} is not a name of ROS')
+    return text
+
+
 def message_filter(text: str) -> Callable[[Any], bool]:
     """Return the function of a message `m` that a Python expression describes.
 
@@ -122,6 +135,7 @@ def values_text(args: argparse.Namespace) -> str:
         raise CommandError('The values on standard input are not UTF-8 text') from None
 
 
+TOPIC: Final = ('topic_name', "Name of the ROS topic (e.g. '/chatter')", {'type': ros_name})
 COUNT: Final = {'metavar': 'N', 'type': non_negative_int}
 SECONDS: Final = {'metavar': 'S', 'type': positive_float}
 FILTER: Final = {'metavar': 'EXPR', 'type': message_filter}

@@ -8,7 +8,7 @@ from typing import Any
 
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 
-from goalreach_bringup.ros2cli.arguments import add
+from goalreach_bringup.ros2cli.arguments import add, ros_name
 from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_msgs_py.errors import CommandError
 
@@ -29,7 +29,7 @@ def add_verbs(parser: argparse.ArgumentParser, noun: str) -> Any:
     )
     types = ('-t --show-types', f'Additionally show the {noun} type')
     wanted = ('type_name', 'Type to find', {'metavar': f'{noun}_type'})
-    named = ('name', f'Name of the ROS {noun}', {'metavar': f'{noun}_name'})
+    named = ('name', f'Name of the ROS {noun}', {'metavar': f'{noun}_name', 'type': ros_name})
     verbs = parser.add_subparsers(title='Commands', metavar='VERB', required=True)
     for name, about, run, rows in (
         ('list', f'Output a list of available {noun}s', list_names, (types, *shown)),

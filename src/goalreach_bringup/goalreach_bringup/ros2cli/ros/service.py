@@ -9,7 +9,7 @@ from typing import Any, Final
 from rclpy.qos import qos_profile_services_default
 from service_msgs.msg import ServiceEventInfo
 
-from goalreach_bringup.ros2cli.arguments import add_values, positive_float, values_text
+from goalreach_bringup.ros2cli.arguments import add_values, positive_float, ros_name, values_text
 from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
 from goalreach_bringup.ros2cli.message_text import message_to_csv, message_values, values_to_yaml
 from goalreach_bringup.ros2cli.ros import names
@@ -27,7 +27,7 @@ _EVENTS: Final = {
 def add_verbs(parser: argparse.ArgumentParser) -> None:
     """Add the verbs of `ros2 service`."""
     verbs = names.add_verbs(parser, 'service')
-    name = ('service_name', "Name of the ROS service (e.g. '/add_two_ints')")
+    name = ('service_name', "Name of the ROS service (e.g. '/add_two_ints')", {'type': ros_name})
     type_text = "Type of the ROS service (e.g. 'std_srvs/srv/Empty')"
     rate = ('-r --rate', 'Repeat at a rate in Hz', {'metavar': 'N', 'type': positive_float})
     kind: tuple[Any, ...] = ('service_type', type_text)

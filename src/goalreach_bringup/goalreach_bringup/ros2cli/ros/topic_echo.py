@@ -9,7 +9,7 @@ from typing import Any, Final
 from rclpy.event_handler import SubscriptionEventCallbacks
 import yaml
 
-from goalreach_bringup.ros2cli.arguments import COUNT, FILTER, SECONDS
+from goalreach_bringup.ros2cli.arguments import COUNT, FILTER, SECONDS, TOPIC
 from goalreach_bringup.ros2cli.message_text import TextOptions, message_to_csv, message_to_yaml
 from goalreach_bringup.ros2cli.ros.qos import (
     add_qos_arguments,
@@ -42,7 +42,7 @@ def add_to(verbs: Any) -> None:
         'echo',
         'Output messages from a topic',
         echo_topic,
-        ('topic_name', "Name of the ROS topic (e.g. '/chatter')"),
+        TOPIC,
         ('message_type', "Type (e.g. 'std_msgs/msg/String')", {'nargs': '?'}),
         ('--field', "Echo one field (e.g. 'pose.pose' or 'status.[0].values')", {}),
         ('--filter', 'Print if this Python expression of m, message or --field, is true', FILTER),

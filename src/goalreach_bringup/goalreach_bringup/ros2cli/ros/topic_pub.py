@@ -8,6 +8,7 @@ from typing import Any, Final
 from goalreach_bringup.ros2cli.arguments import (
     COUNT,
     SECONDS,
+    TOPIC,
     add,
     add_values,
     positive_float,
@@ -34,7 +35,7 @@ def add_to(verbs: Any) -> None:
         'pub',
         'Publish a message to a topic',
         publish,
-        ('topic_name', "Name of the ROS topic (e.g. '/chatter')"),
+        TOPIC,
         ('message_type', "Type (e.g. 'std_msgs/msg/String')"),
         ('-r --rate', 'Rate in Hz', {'metavar': 'N', 'type': positive_float, 'default': 1.0}),
         ('-p --print', 'Print every N-th', {**COUNT, 'default': 1}),

@@ -10,7 +10,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 
-from goalreach_bringup.ros2cli.arguments import FILTER, add, positive_int
+from goalreach_bringup.ros2cli.arguments import FILTER, TOPIC, add, positive_int
 from goalreach_bringup.ros2cli.rate import Bandwidth, TimeWindow
 from goalreach_bringup.ros2cli.ros.session import Session, add_verb
 from goalreach_bringup.ros2cli.ros.topic_echo import topic_type
@@ -28,9 +28,8 @@ def add_verbs(verbs: Any) -> None:
         ('delay', 'Display delay of topic from timestamp in header', _TimeMeter, 10000),
     ):
         size = 'window size, in # of messages, for the calculation (default: %(default)s)'
-        topic = ('topic_name', "Name of the ROS topic (e.g. '/chatter')")
         count = ('-w --window', size, {'metavar': 'N', 'type': positive_int, 'default': window})
-        verb = add_verb(verbs, name, text, measure, topic, count)
+        verb = add_verb(verbs, name, text, measure, TOPIC, count)
         verb.set_defaults(meter=meter, delays=name == 'delay')
     add(
         verbs.choices['hz'],
