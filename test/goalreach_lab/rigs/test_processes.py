@@ -16,10 +16,10 @@ from goalreach_lab.rigs.processes import (
     descendants_of,
     find_descendant,
     holdings_of,
-    listeners_of,
     processes_with,
     proportional_mb,
 )
+from listeners import listeners_of
 
 NO_PID = 2**22 + 1
 CHILD = """
