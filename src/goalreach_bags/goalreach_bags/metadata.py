@@ -142,7 +142,7 @@ def parse_metadata(text: str) -> BagMetadata | None:
     try:
         document = load_yaml(text)
         return _parse(document.get(_ROOT, document))
-    except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError):
+    except (yaml.YAMLError, AttributeError, KeyError, OverflowError, TypeError, ValueError):
         return None
 
 
@@ -179,6 +179,5 @@ def _topic(document: Any) -> BagTopic:  # noqa: ANN401 - as YAML gives it
         type_name=str(document['type']),
         type_hash=str(document.get('type_description_hash') or ''),
         offers=parse_offers(document.get('offered_qos_profiles')),
-        definition='',
         serialization=str(document.get('serialization_format', 'cdr')),
     )

@@ -64,9 +64,9 @@ class BagTopic:
 
     name: str
     type_name: str
-    type_hash: str
-    offers: tuple[Qos, ...]
-    definition: str
+    type_hash: str = ''
+    offers: tuple[Qos, ...] = ()
+    definition: str = ''
     encoding: str = 'ros2msg'
     serialization: str = 'cdr'
 

@@ -17,9 +17,11 @@ import tty
 from typing import Any, Final
 
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.validate_topic_name import validate_topic_name
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
@@ -177,8 +179,10 @@ class Player(Node):
         try:
             Decoder([topic])
             kind = message_class(topic.type_name)
-        except GoalreachError as error:
-            self.get_logger().warning(f'{name} is not replayed: {error}')
+            validate_topic_name(name)
+        except (GoalreachError, InvalidTopicNameException) as error:
+            reason = str(error).splitlines()[0].rstrip(':')
+            self.get_logger().warning(f'{name} is not replayed: {reason}')
             return
         profile = override or publisher_profile(topic.offers)
         try:
