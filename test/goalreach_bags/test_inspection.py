@@ -46,9 +46,9 @@ def miscount(bag: Path) -> None:
 def statistics(bag: Path) -> None:
     """Let statistics and their check sum promise another number."""
     path = bag / 'bag_0.mcap'
-    data = path.read_bytes().replace((20).to_bytes(8, 'little'), (25).to_bytes(8, 'little'))
-    footer = len(data) - 8 - 4
-    path.write_bytes(data[:footer] + bytes(4) + data[-8:])
+    data, footer = path.read_bytes()[:-37], path.read_bytes()[-37:]
+    changed = data.replace((20).to_bytes(8, 'little'), (25).to_bytes(8, 'little'))
+    path.write_bytes(changed + footer[:-12] + bytes(4) + footer[-8:])
 
 
 @pytest.mark.parametrize(

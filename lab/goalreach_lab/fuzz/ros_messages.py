@@ -17,6 +17,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
 
 from goalreach_lab.fuzz.configurations import configuration_readers
+from goalreach_lab.fuzz.mcap_layouts import layout_reader, mcap_layouts
 from goalreach_lab.fuzz.reader import InvalidAcceptedError, Reader, require_finite
 from goalreach_lab.fuzz.valid_inputs import bag_readers, document_readers
 from goalreach_learning.controller import GoalReachingController
@@ -79,6 +80,7 @@ def all_readers(folder: Path) -> list[Reader]:
     return [
         *document_readers(folder),
         *bag_readers(folder),
+        layout_reader(folder, mcap_layouts()),
         *configuration_readers(),
         *message_readers(),
     ]

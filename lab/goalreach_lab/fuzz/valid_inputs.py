@@ -3,33 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import contextlib
+from contextlib import ExitStack
 from dataclasses import dataclass
+from io import StringIO
 import json
 from pathlib import Path
 import shutil
 from typing import Any, Final
 
 import numpy as np
+import rclpy
+from rclpy.logging import LoggingSeverity, set_logger_level
+from rclpy.signals import SignalHandlerOptions
 import yaml
 
-from goalreach_bags.options import StorageOptions
+from goalreach_bags.metadata import METADATA_NAME
+from goalreach_bags.options import ReplayOptions, StorageOptions
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
+from goalreach_bags.report import show_bag
+from goalreach_bags.ros.player import Player
 from goalreach_bags.storage import BagError
-from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
+from goalreach_bags.topic import BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 from goalreach_evaluation.choices import choose_arena, read_noise
 from goalreach_evaluation.summary_file import read_recorded_run
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
 from goalreach_lab.fuzz.reader import Reader, require_finite
+from goalreach_lab.rigs.stack import free_domains
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
 from goalreach_msgs_py.parameter_file import read_parameters
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.topics import NODES
 
-_STRING: Final = 'std_msgs/msg/String'
+STRING: Final = 'std_msgs/msg/String'
 _EVALUATION: Final[dict[str, Any]] = {
     'seed': 7,
     'mode': 'fuzzy',
@@ -124,32 +135,24 @@ def document_targets(folder: Path) -> list[FileTarget]:
     write_policy(path, Policy.unlearned(Arena().regions))
     policy = json.loads(path.read_text(encoding='utf-8'))
 
-    def target(
-        name: str,
-        value: object,
-        encode: Callable[[object], bytes],
-        read: Callable[[Path], object],
-        *,
-        finite: bool = True,
-    ) -> FileTarget:
-        path = folder / f'{name.replace(" ", "-").replace(",", "")}.txt'
-        return FileTarget(
-            name=name, valid=value, encode=encode, path=path, read=read, finite=finite
-        )
-
+    kinds: list[tuple[str, object, Callable[[object], bytes], Callable[[Path], object]]] = [
+        ('policy file', policy, _as_json, read_policy),
+        ('arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
+        ('arena file, read alone', _ARENA, _as_yaml, read_arena),
+        ('noise file', _NOISE, _as_yaml, read_noise),
+        ('parameter file', _PARAMETERS, _as_yaml, lambda path: read_parameters(path, NODES)),
+        ('evaluation file', _EVALUATION, _as_json, read_recorded_run),
+    ]
     return [
-        target('policy file', policy, _as_json, read_policy),
-        target('arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
-        target('arena file, read alone', _ARENA, _as_yaml, read_arena),
-        target('noise file', _NOISE, _as_yaml, read_noise),
-        target(
-            'parameter file',
-            _PARAMETERS,
-            _as_yaml,
-            lambda path: read_parameters(path, NODES),
-            finite=False,
-        ),
-        target('evaluation file', _EVALUATION, _as_json, read_recorded_run),
+        FileTarget(
+            name=name,
+            valid=value,
+            encode=encode,
+            path=folder / f'{name.replace(" ", "-").replace(",", "")}.txt',
+            read=read,
+            finite=value is not _PARAMETERS,
+        )
+        for name, value, encode, read in kinds
     ]
 
 
@@ -197,26 +200,24 @@ def bag_readers(folder: Path) -> list[Reader]:
         readers += [
             _bag_reader(folder, f'bag, {storage}', valid, _read_bag),
             _bag_reader(folder, f'bag repair, {storage}', valid, _repair_bag),
+            _bag_reader(folder, f'bag metadata, {storage}', valid, _use_bag, METADATA_NAME),
         ]
     return readers
 
 
 def _write_bag(path: Path, storage: str) -> None:
     writer = BagWriter(path, StorageOptions(storage=storage))
-    writer.add_topic(
-        BagTopic(
-            name='/text',
-            type_name=_STRING,
-            type_hash='',
-            offers=(DEFAULT_OFFER,),
-            definition=message_definition(_STRING),
-        )
-    )
+    definition = message_definition(STRING)
+    writer.add_topic(BagTopic(name='/text', type_name=STRING, definition=definition))
     for number in range(20):
-        text = f'{number:06d}'.encode()
-        data = b'\0\1\0\0' + (len(text) + 1).to_bytes(4, 'little') + text + b'\0'
-        writer.write('/text', 1_000_000 * (number + 1), data)
+        writer.write('/text', 1_000_000 * (number + 1), serialize_text(f'{number:06d}'))
     writer.close()
+
+
+def serialize_text(text: str) -> bytes:
+    """Return a serialized std_msgs/String."""
+    data = text.encode()
+    return b'\0\1\0\0' + (len(data) + 1).to_bytes(4, 'little') + data + b'\0'
 
 
 def _read_bag(path: Path) -> int:
@@ -238,16 +239,47 @@ def _repair_bag(path: Path) -> int:
     return found
 
 
-def _bag_reader(folder: Path, name: str, valid: Path, read: Callable[[Path], object]) -> Reader:
+def _use_bag(path: Path) -> object:
+    """Show a bag, open it for a replay and repair it, even if one of them refuses it."""
+    with ExitStack() as uses:  # calls all, and raises the last refusal
+        for use in (_repair_bag, _open_for_replay, _show_bag):
+            uses.callback(use, path)
+    return path
+
+
+def _show_bag(path: Path) -> None:
+    with BagReader(path) as bag, contextlib.redirect_stdout(StringIO()):
+        show_bag(bag, check=None)
+
+
+def _open_for_replay(path: Path) -> None:
+    use_profile(fast_dds_profile())
+    rclpy.init(domain_id=free_domains(1)[0], signal_handler_options=SignalHandlerOptions.NO)
+    set_logger_level('player', LoggingSeverity.ERROR)
+    try:
+        with BagReader(path) as bag:
+            Player(bag, ReplayOptions(bag=path), lambda: True, lambda _: '').destroy_node()
+    finally:
+        rclpy.shutdown()
+
+
+def _bag_reader(
+    folder: Path, name: str, valid: Path, read: Callable[[Path], object], pattern: str = '*'
+) -> Reader:
     path = folder / name.replace(' ', '-').replace(',', '')
 
     def attempt(rng: np.random.Generator) -> object:
         shutil.rmtree(path, ignore_errors=True)
         shutil.copytree(valid, path)
-        files = sorted(path.iterdir())
+        files = sorted(path.glob(pattern))
         for file in files:
-            if rng.random() < 1.2 / len(files):
-                file.write_bytes(mutate_bytes(file.read_bytes(), rng))
+            data = file.read_bytes()
+            if file.suffix == '.yaml' and rng.random() < 0.5:  # noqa: PLR2004
+                with contextlib.suppress(yaml.YAMLError):
+                    data = _as_yaml(mutate_value(yaml.safe_load(data), rng))
+                file.write_bytes(data)
+            elif rng.random() < 1.2 / len(files):
+                file.write_bytes(mutate_bytes(data, rng))
             elif rng.random() < 0.1:  # noqa: PLR2004
                 file.unlink()
         return read(path)

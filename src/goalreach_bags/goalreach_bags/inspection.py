@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from goalreach_bags.mcap_repair import McapScan, is_truncated_header, scan_mcap
+from goalreach_bags.mcap_repair import MAGIC, McapScan, scan_mcap
 from goalreach_bags.metadata import (
     METADATA_NAME,
     METADATA_VERSION,
@@ -90,7 +90,9 @@ def scan_bag(path: Path) -> BagScan:
 
 
 def _is_truncated(file: Path) -> bool:
-    return is_truncated_header(file) if file.suffix == '.mcap' else is_truncated_database(file)
+    if file.suffix != '.mcap':
+        return is_truncated_database(file)
+    return file.stat().st_size < len(MAGIC) and MAGIC.startswith(file.read_bytes())
 
 
 def _existing_metadata(path: Path) -> BagMetadata | None:

@@ -27,6 +27,7 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from mcap.summary import Summary
 import zstandard
 
 from goalreach_bags.mcap_repair import (
@@ -35,6 +36,7 @@ from goalreach_bags.mcap_repair import (
     LIBRARY,
     MAGIC,
     channel_topic,
+    encode,
     scan_mcap,
 )
 from goalreach_bags.storage import ZSTD_LEVEL, FileSpan, require_free_space
@@ -48,14 +50,6 @@ _CHUNK_BYTES: Final = 768 * 1024
 
 _SUMMARY_PER_CHUNK: Final = 400
 """Upper estimate of the bytes that a chunk adds to the summary: 10 for each topic, and 90."""
-
-
-def encode(*records: McapRecord) -> bytes:
-    """Return records as they are stored."""
-    builder = RecordBuilder()
-    for record in records:
-        record.write(builder)
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
 @dataclass
@@ -301,6 +295,17 @@ class McapWriter:
         self._position += sum(map(len, parts))
 
 
+def _is_complete(summary: Summary, total: Statistics) -> bool:
+    """Return whether a summary describes all channels and counts all messages."""
+    counts, schemas = total.channel_message_counts, {0, *summary.schemas}
+    return (
+        total.channel_count == len(summary.channels)
+        and total.message_count == sum(counts.values())
+        and counts.keys() <= summary.channels.keys()
+        and all(channel.schema_id in schemas for channel in summary.channels.values())
+    )
+
+
 class McapReader:
     """One MCAP file open for reading.
 
@@ -318,7 +323,7 @@ class McapReader:
             self._reader = make_reader(self._stream, validate_crcs=True)
             summary = self._reader.get_summary()
             total = None if summary is None else summary.statistics
-            if summary and total and total.channel_count == len(summary.channels):
+            if summary and total and _is_complete(summary, total):
                 channels = summary.channels.values()
                 self.topics = tuple(channel_topic(c, summary.schemas) for c in channels)
                 self.span = FileSpan(name=path.name)

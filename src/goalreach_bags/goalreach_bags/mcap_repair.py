@@ -2,6 +2,7 @@
 
 The `mcap` package reads and writes records. Its readers end at the first damage, take a record
 that is cut short for a whole one and skip records of unknown kinds, so records are separated here.
+After a record whose length is damaged, reading continues at the next chunk.
 """
 
 from __future__ import annotations
@@ -9,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
+import re
 import struct
 from typing import BinaryIO, Final
 from zlib import crc32
 
+from mcap.data_stream import RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -34,6 +38,7 @@ BAG_METADATA: Final = 'rosbag2'
 COPY_KEY: Final = 'serialized_metadata'
 _HEAD: Final = struct.Struct('<BQ')
 _FOOTER: Final = struct.Struct('<BQQQI')
+_FOOTER_HEAD: Final = _HEAD.pack(Opcode.FOOTER, _FOOTER.size - _HEAD.size)
 _CRC_BYTES: Final = 4
 _COMPRESSIONS: Final = {
     '': CompressionType.NONE,
@@ -44,6 +49,12 @@ _PROBLEMS: Final = 3
 """So many problems are shown; the others are counted."""
 
 _KNOWN: Final = frozenset(Opcode)
+_CHUNK_HEAD_BYTES: Final = 53
+_CHUNK: Final = re.compile(
+    rb'\x06(.{8}).{28}(?:\0{4}|\x03\0{3}lz4|\x04\0{3}zstd)(.{8})', re.DOTALL
+)
+"""Head of a chunk: its length, times, check sum and compression, and the length of its records."""
+
 _DAMAGE: Final = (
     McapError,
     zstandard.ZstdError,
@@ -55,6 +66,14 @@ _DAMAGE: Final = (
     struct.error,
 )
 """Raised for a record that is not sound; RuntimeError by lz4."""
+
+
+def encode(*records: McapRecord) -> bytes:
+    """Return records as they are stored."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
 def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
@@ -98,8 +117,9 @@ class McapScan:
     compressed: bool = False
     _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
     _compression: str = ''
-    _chunks: set[int] = field(default_factory=set)
-    _indexed: set[int] = field(default_factory=set)
+    _chunks: dict[int, set[int]] = field(default_factory=dict)
+    _indexed: dict[int, set[int]] = field(default_factory=dict)
+    _described: set[tuple[Opcode, int]] = field(default_factory=set)
 
     @property
     def indexed(self) -> bool:
@@ -168,8 +188,15 @@ class McapScan:
         found = self.span.message_count
         if not self.problems and promised not in (None, found):
             self._add_problem(f'its statistics promise {promised} messages and {found} are there')
-        if self._indexed and self._indexed != self._chunks:
-            missing, wrong = len(self._chunks - self._indexed), len(self._indexed - self._chunks)
+        self._compare_index()
+
+    def _compare_index(self) -> None:
+        """Compare the index with the chunks; an entry may leave out all channels, but not some."""
+        index, chunks, known = self._indexed, self._chunks, self.channels.keys()
+        missing = sum(not used <= (index.get(at, set()) or known) for at, used in chunks.items())
+        missing += len(chunks.keys() - index.keys())
+        wrong = sum(at not in chunks or not named <= known for at, named in index.items())
+        if index and (missing or wrong):
             self._add_problem(f'{missing} chunks have no index, {wrong} indexes have no chunk')
 
     def _add_problem(self, problem: str) -> None:
@@ -182,7 +209,7 @@ class McapScan:
         end = size - len(MAGIC) - _FOOTER.size
         stream.seek(max(0, end))
         tail = stream.read()
-        if end < 0 or not tail.endswith(MAGIC) or tail[0] != Opcode.FOOTER:
+        if end < 0 or not tail.endswith(MAGIC) or not tail.startswith(_FOOTER_HEAD):
             self._add_problem(f'no footer: {NOT_CLOSED}')
             return None
         _, _, start, _, checksum = _FOOTER.unpack_from(tail)
@@ -191,6 +218,8 @@ class McapScan:
             self._add_problem('the CRC of its summary is wrong')
             return None
         try:
+            if start > end:
+                raise ValueError('it begins after its end')
             stream.seek(0)
             summary = make_reader(stream).get_summary()
         except _DAMAGE as error:
@@ -200,72 +229,122 @@ class McapScan:
             return None
         self.schemas.update(summary.schemas)
         self.channels.update(summary.channels)
-        self._indexed = {index.chunk_start_offset for index in summary.chunk_indexes}
+        for index in summary.chunk_indexes:
+            self._indexed[index.chunk_start_offset] = set(index.message_index_offsets)
         return summary.statistics.message_count if summary.statistics else None
 
     def _sound_records(self) -> Iterator[McapRecord | bytes]:
-        """Yield the sound records of the data and of its chunks, unknown ones as bytes."""
+        """Yield the sound records of the file and of its chunks, unknown ones as bytes."""
         self.dropped_bytes = 0
         self._chunks.clear()
-        size = self.path.stat().st_size
-        with self.path.open('rb') as stream:
-            end = stream.seek(len(MAGIC))
-            for offset, opcode, content in _iterate_records(stream, size):
-                if opcode in (Opcode.DATA_END, Opcode.FOOTER):
-                    return
-                end = offset + _HEAD.size + len(content)
-                if opcode == Opcode.CHUNK:
-                    self._chunks.add(offset)
+        with self.path.open('rb') as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
+            offset = len(MAGIC)
+            stop = len(data) - (offset if data[-offset:] == MAGIC else 0)
+            while offset < stop:
+                end, name = _record_end(data, offset), 'record'
+                if data[offset] == Opcode.CHUNK:
+                    self._chunks[offset] = set()
+                    name = f'chunk {len(self._chunks)}'
                 try:
-                    yield from self._parse(opcode, content)
+                    records = self._parse(data, offset, end)
                 except _DAMAGE as error:
-                    record = f'chunk {len(self._chunks)}' if opcode == Opcode.CHUNK else 'record'
-                    reason = str(error) or type(error).__name__
-                    self._add_problem(f'{record} at byte {offset}: {reason}')
+                    end = _next_record(data, offset, end)
+                    if end < stop or not self.problems:
+                        reason = str(error) or type(error).__name__
+                        self._add_problem(f'{name} at byte {offset}: {reason}')
                     self.dropped_bytes += end - offset
-            self.dropped_bytes += size - end
+                else:
+                    yield from records
+                offset = end
 
-    def _parse(self, opcode: int, content: bytes) -> Sequence[McapRecord | bytes]:
+    def _parse(self, data: mmap, offset: int, end: int) -> Sequence[McapRecord | bytes]:
         """Return a record, or all records of a chunk, and remember schemas and channels."""
-        if opcode == Opcode.MESSAGE_INDEX:  # not needed, since indexes are written anew
-            return []
-        data = _HEAD.pack(opcode, len(content)) + content
-        if opcode not in _KNOWN:
-            return [data]
-        stream = StreamReader(BytesIO(data), skip_magic=True, emit_chunks=True)
-        record = next(stream.records)
-        records = self._parse_chunk(record) if isinstance(record, Chunk) else [record]
-        self._remember(records)
+        content = data[offset:end]
+        if end > len(data) or not content[0]:
+            raise ValueError('a record that is cut short')
+        if content[0] not in _KNOWN:
+            if _find_chunk(data, offset, end) < end and not _is_record(data, end):
+                raise ValueError('a record that runs into a chunk')
+            return [content]
+        reader = StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True)
+        record = next(reader.records)
+        again = encode(record)[_HEAD.size :]
+        if content[0] == Opcode.DATA_END:
+            again = crc32(memoryview(data)[:offset]).to_bytes(_CRC_BYTES, 'little')
+        without_checksum = again[:-_CRC_BYTES] + bytes(_CRC_BYTES)
+        if not content.startswith((again, without_checksum), _HEAD.size):
+            raise ValueError('a wrong length or check sum')
+        if _find_chunk(data, offset + _HEAD.size + len(again), end) < end:
+            raise ValueError('a record that runs into a chunk')
+        records = [record]
+        if isinstance(record, Chunk):
+            records = self._parse_chunk(record, data)
+        used = self._remember(records)
+        if used and (self._indexed or isinstance(record, Chunk)):
+            self._chunks[offset] = used
         return records
 
-    def _parse_chunk(self, chunk: Chunk) -> list[McapRecord]:
+    def _parse_chunk(self, chunk: Chunk, data: mmap) -> list[McapRecord]:
         if chunk.compression not in _COMPRESSIONS:
+            if _find_chunk(data, 0, len(data)) < len(data):
+                raise ValueError('a compression unlike that of other chunks')
             problem = f'compression {chunk.compression!r} of its chunks is not known'
             raise BagError(self.path, f'{problem}: lz4 and zstd are')
-        self._compression = chunk.compression
         if not chunk.compression and len(chunk.data) != chunk.uncompressed_size:
             raise ValueError('a chunk is not of the size that it names')
-        return breakup_chunk(chunk, validate_crc=True)
+        records = breakup_chunk(chunk, validate_crc=True)
+        self._compression = chunk.compression
+        return records
 
-    def _remember(self, records: list[McapRecord]) -> None:
-        schemas = {record.id: record for record in records if isinstance(record, Schema)}
-        channels = {record.id: record for record in records if isinstance(record, Channel)}
+    def _remember(self, records: list[McapRecord]) -> set[int]:
+        """Remember schemas and channels, new ones if they are lost; return those of messages."""
+        for record in records:
+            if isinstance(record, Schema):
+                self._described.add((Opcode.SCHEMA, record.id))
+                if self.schemas.setdefault(record.id, record) != record:
+                    self._add_problem(f'schema {record.id} is described in two ways')
+            elif isinstance(record, Channel):
+                self._described |= {(Opcode.CHANNEL, record.id), (Opcode.SCHEMA, 0)}
+                if self.channels.setdefault(record.id, record) != record:
+                    self._add_problem(f'channel {record.id} is described in two ways')
+                if (Opcode.SCHEMA, record.schema_id) not in self._described:
+                    self._add_problem(f'schema {record.schema_id} is lost')
         used = {record.channel_id for record in records if isinstance(record, Message)}
-        if used - channels.keys() - self.channels.keys():
-            raise ValueError('a message of an unknown channel')
-        self.schemas.update(schemas)
-        self.channels.update(channels)
+        for number in used:
+            if (Opcode.CHANNEL, number) not in self._described:
+                self._add_problem(f'channel {number} is lost')
+                self.channels.setdefault(number, Channel(number, f'/unknown_{number}', '', {}, 0))
+        return used
 
 
-def _iterate_records(stream: BinaryIO, size: int) -> Iterator[tuple[int, int, bytes]]:
-    """Yield offset, opcode and content of each record, up to the first that is cut short."""
-    offset = stream.tell()
-    while offset + _HEAD.size <= size:
-        opcode, length = _HEAD.unpack(stream.read(_HEAD.size))
-        if not opcode or offset + _HEAD.size + length > size:
-            return
-        yield offset, opcode, stream.read(length)
-        offset += _HEAD.size + length
+def _record_end(data: mmap, offset: int) -> int:
+    """Return where a record says that it ends; after the end of the file if it is cut short."""
+    if offset + _HEAD.size > len(data):
+        return len(data) + 1
+    return int(offset + _HEAD.size + _HEAD.unpack_from(data, offset)[1])
+
+
+def _is_record(data: mmap, offset: int) -> bool:
+    """Return whether a record of a known kind begins at a place, and the file holds it whole."""
+    return offset < len(data) and data[offset] in _KNOWN and _record_end(data, offset) <= len(data)
+
+
+def _next_record(data: mmap, offset: int, end: int) -> int:
+    """Return where to continue after a damaged record: at its end, or else at the next chunk."""
+    chunk = _find_chunk(data, offset + 1, len(data))
+    is_long_enough = _is_record(data, end) or _find_chunk(data, offset, offset + 1) == offset
+    return end if is_long_enough and end <= chunk else chunk
+
+
+def _find_chunk(data: mmap, start: int, stop: int) -> int:
+    """Return where the next chunk begins, all of whose lengths agree; `stop` if there is none."""
+    while start < stop and (found := _CHUNK.search(data, start, stop + _CHUNK_HEAD_BYTES)):
+        (length,), (size,) = struct.unpack('<Q', found[1]), struct.unpack('<Q', found[2])
+        end = found.start() + _HEAD.size + length
+        if found.end() + size == end <= len(data):
+            return min(found.start(), stop)
+        start = found.start() + 1
+    return stop
 
 
 def scan_mcap(path: Path) -> McapScan:
@@ -275,15 +354,12 @@ def scan_mcap(path: Path) -> McapScan:
         BagError: It is no MCAP file, or compressed in a way that is not known here.
     """
     with path.open('rb') as stream:
-        if stream.read(len(MAGIC)) != MAGIC:
+        begin = stream.read(len(MAGIC))
+        stream.seek(max(0, stream.seek(0, 2) - len(MAGIC)))
+        if MAGIC not in (begin, stream.read()):
             raise BagError(path, 'is no MCAP file')
     scan = McapScan(path=path, span=FileSpan(name=path.name))
+    if begin != MAGIC:
+        scan.problems.append('its first bytes are not those of an MCAP file')
     scan.read()
     return scan
-
-
-def is_truncated_header(path: Path) -> bool:
-    """Return whether a file ends within the magic bytes of an MCAP file."""
-    with path.open('rb') as stream:
-        begin = stream.read(len(MAGIC))
-    return len(begin) < len(MAGIC) and MAGIC.startswith(begin)

@@ -27,6 +27,7 @@ from goalreach_msgs_py.errors import GoalreachError
 NAMES = [
     'policy file', 'arena file', 'arena file, read alone', 'noise file', 'parameter file',
     'evaluation file', 'bag, mcap', 'bag repair, mcap', 'bag, sqlite3', 'bag repair, sqlite3',
+    'bag metadata, mcap', 'bag metadata, sqlite3', 'damaged MCAP files',
     'node parameters', 'parameters of a run', 'options of run', '--start', 'message: Odometry',
     'message: JointState', 'message: CameraInfo', 'message: Image',
     'message: LaserScan of bumpers', 'message: TwistStamped', 'message: pose',
