@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
-import multiprocessing
-from pathlib import Path
 import statistics
 import subprocess
 import sys
-import tempfile
 import time
 from typing import Final
 
@@ -43,18 +39,8 @@ def localization_rows(budget: Budget) -> list[BenchRow]:
 
 
 def recording_rows(budget: Budget) -> list[BenchRow]:
-    """Return the row of the recorder's writer, measured in a process of its own.
-
-    The history of a process decides whether its allocator keeps blocks of this size or returns
-    them to the kernel: the same writer takes 150 or 450 us for an image.
-    """
-    context = multiprocessing.get_context('spawn')
-    with (
-        tempfile.TemporaryDirectory(prefix='goalreach-') as folder,
-        ProcessPoolExecutor(max_workers=1, mp_context=context) as alone,
-    ):
-        images, rounds = budget.count(300, 5), budget.count(7)
-        return [alone.submit(recording.processor_row, Path(folder), images, rounds).result()]
+    """Return the row of the recorder's writer."""
+    return recording.processor_rows(budget.count(300, 5), budget.count(7), ['mcap'])
 
 
 def evaluation_rows(budget: Budget) -> list[BenchRow]:
