@@ -27,7 +27,7 @@ from mcap.writer import CompressionType, Writer
 import zstandard
 
 from goalreach_bags.metadata import ROS_DISTRO
-from goalreach_bags.storage import NOT_CLOSED, BagError, FileSpan
+from goalreach_bags.storage import NOT_CLOSED, ZSTD_MAGIC, BagError, FileSpan
 from goalreach_bags.topic import BagTopic, parse_offers
 
 MAGIC: Final = b'\x89MCAP0\r\n'
@@ -103,7 +103,7 @@ class McapScan:
         distro: ROS distribution, or empty.
         problems: Why the file needs repair; none for a sound file.
         dropped_bytes: Bytes of records that are not sound.
-        compressed: Whether each message is compressed by itself: not in this format.
+        compressed: Whether each message is compressed by itself.
     """
 
     path: Path
@@ -182,6 +182,7 @@ class McapScan:
                 self._header = record
                 self.distro = ROS_DISTRO if record.library == LIBRARY else ''
             elif isinstance(record, Message):
+                self.compressed |= record.data.startswith(ZSTD_MAGIC)
                 self.span.add(self.channels[record.channel_id].topic, record.log_time)
             elif isinstance(record, Metadata) and record.name == BAG_METADATA:
                 self.metadata = record.metadata.get(COPY_KEY, '')

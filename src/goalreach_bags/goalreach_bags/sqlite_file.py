@@ -21,6 +21,7 @@ from goalreach_bags.storage import (
     NO_TIME_NS,
     NOT_CLOSED,
     ZSTD_LEVEL,
+    ZSTD_MAGIC,
     BagError,
     FileSpan,
     require_free_space,
@@ -49,8 +50,6 @@ _FIRST_TABLES: Final = {'schema', 'metadata', 'topics', 'message_definitions'}
 
 _COMMIT_BYTES: Final = 4 * 1024 * 1024
 """Buffered messages are committed at this size. Chosen."""
-
-_ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 
 
 class SqliteWriter:
@@ -331,7 +330,7 @@ def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
         topics=tuple(topics.values()),
         span=_read_span(path.name, base, topics),
         damage=_damage(path, base, closed=bool(metadata)),
-        compressed=bool(sample) and bytes(sample[0][:4]) == _ZSTD_MAGIC,
+        compressed=bool(sample) and bytes(sample[0][:4]) == ZSTD_MAGIC,
         metadata=metadata,
         distro=_last(base, 'schema', 'ros_distro'),
     )

@@ -17,6 +17,7 @@ SUFFIXES: Final = {'mcap': '.mcap', 'sqlite3': '.db3'}
 ZSTD_LEVEL: Final = 1
 """Chosen: a camera's noise hardly shrinks more at higher levels, which cost far more."""
 
+ZSTD_MAGIC: Final = b'\x28\xb5\x2f\xfd'
 NO_TIME_NS: Final = 2**63 - 1
 """Start of a bag without messages, as rosbag2 writes it."""
 
