@@ -70,9 +70,10 @@ def test_wrong_words_end_with_status_2(
         (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '{data: 2}'], 'Failed to populate field: '),
         (['service', 'call', '/a', 'std_msgs/msg/Bool'], 'The passed type is not a service'),
         (['topic', 'echo', '/a', '--field', '.'], "Invalid field value '.'"),
+        (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '-n', 'a-b'], 'Invalid node name: '),
     ],
 )
-def test_mistakes_are_one_line_before_any_node_is_made(
+def test_mistakes_are_one_line_and_nothing_else(
     arguments: list[str], line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments) == 1

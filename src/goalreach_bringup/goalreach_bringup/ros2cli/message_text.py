@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Iterable
 from dataclasses import dataclass
 import re
 import sys
@@ -39,8 +38,6 @@ class TextOptions:
 def message_to_yaml(message: object, options: TextOptions) -> str:
     r"""Return the message as YAML, with its fields in the order of their definition.
 
-    Bytes become text, character by character, as ROS writes the type `byte`.
-
     Example:
         >>> from std_msgs.msg import Float64
         >>> message_to_yaml(Float64(data=1.5), TextOptions())
@@ -57,6 +54,10 @@ class _Dumper(yaml.Dumper):
         return yaml.MappingNode(tag, pairs)
 
 
+# Bytes become text, character by character, as ROS writes the type `byte`.
+_Dumper.add_representer(bytes, lambda dumper, b: dumper.represent_str(b.decode('latin-1')))
+
+
 def values_to_yaml(values: dict[str, object], options: TextOptions) -> str:
     """Return the values of a message as YAML, as `message_to_yaml` does."""
     text: str = yaml.dump(
@@ -71,80 +72,50 @@ def values_to_yaml(values: dict[str, object], options: TextOptions) -> str:
 
 def message_to_csv(message: Any, options: TextOptions) -> str:  # noqa: ANN401 - no common base
     """Return the values of all fields, nested ones too, separated by commas."""
-    fields = message.get_fields_and_field_types()
-    return _join(_csv(getattr(message, name), kind, options) for name, kind in fields.items())
+    return _csv(message_values(message, options))
 
 
 def message_values(message: Any, options: TextOptions) -> dict[str, Any]:  # noqa: ANN401
-    """Return the fields of a message as dicts, lists, strings, numbers and booleans alone."""
+    """Return the fields as dicts, lists, strings, bytes, numbers and booleans alone."""
     fields = message.get_fields_and_field_types()
     return {name: _plain(getattr(message, name), kind, options) for name, kind in fields.items()}
 
 
 def _plain(value: Any, kind: str | None, options: TextOptions) -> object:  # noqa: ANN401
-    """Return the value made of dicts, lists, strings, numbers and booleans alone.
+    """Return the value as `message_values` does.
 
     Args:
         value: A field of a message, or an element of one.
         kind: The ROS type of the field; None for an element.
         options: Options of the text.
     """
+    length = sys.maxsize if options.truncate_length is None else options.truncate_length
     if isinstance(value, bytes):
-        return _cut(value.decode('latin-1'), options)
+        return value if len(value) <= length else value[:length] + b'...'
     if isinstance(value, str):
-        return _string(value, options)
+        cut = value if len(value) <= length else f'{value[:length]}...'
+        return f'<string length: <{len(value)}>>' if options.no_str else cut
     if isinstance(value, _SEQUENCES):
         if options.no_arr and kind is not None:
             return _describe(kind, len(value))
-        shown, dots = _truncate(value, options)
-        return [*(_plain(element, None, options) for element in shown), *dots]
-    if isinstance(value, (bool, int, float)):
-        return value
-    return message_values(value, options)
+        shown = value[:length]
+        elements = shown.tolist() if hasattr(shown, 'tolist') else shown
+        dots = ['...'] if len(shown) < len(value) else []
+        return [*(_plain(element, None, options) for element in elements), *dots]
+    return value if isinstance(value, (bool, int, float)) else message_values(value, options)
 
 
-def _csv(value: Any, kind: str | None, options: TextOptions) -> str:  # noqa: ANN401
-    if isinstance(value, _SEQUENCES):
-        if options.no_arr and kind is not None:
-            return _describe(kind, len(value))
-        shown, dots = _truncate(value, options)
-        return _join([*(_csv(element, None, options) for element in shown), *dots])
-    if isinstance(value, str):
-        return _string(value, options)
-    if isinstance(value, bytes):
-        length = len(value) if options.truncate_length is None else options.truncate_length
-        return str(value if len(value) <= length else value[:length] + b'...')
-    if isinstance(value, (bool, int, float)):
-        return str(value)
-    return message_to_csv(value, options)
-
-
-def _join(values: Iterable[str]) -> str:
-    """Return the values with commas between them.
+def _csv(value: object) -> str:
+    """Return the text of a value, or those in it with commas between them.
 
     As in ros2cli, empty values at the beginning leave no commas.
     """
+    if not isinstance(value, (dict, list)):
+        return str(value)
     text = ''
-    for value in values:
-        text += f',{value}' if text else value
+    for element in value.values() if isinstance(value, dict) else value:
+        text += f',{_csv(element)}' if text else _csv(element)
     return text
-
-
-def _truncate(value: Any, options: TextOptions) -> tuple[list[Any], list[str]]:  # noqa: ANN401
-    """Return the elements that are shown, and what stands for the others."""
-    shown = value[: options.truncate_length]
-    return shown.tolist() if hasattr(shown, 'tolist') else shown, (
-        ['...'] if len(shown) < len(value) else []
-    )
-
-
-def _string(text: str, options: TextOptions) -> str:
-    return f'<string length: <{len(text)}>>' if options.no_str else _cut(text, options)
-
-
-def _cut(text: str, options: TextOptions) -> str:
-    shown = text[: options.truncate_length]
-    return shown if len(shown) == len(text) else f'{shown}...'
 
 
 def _describe(kind: str, length: int) -> str:

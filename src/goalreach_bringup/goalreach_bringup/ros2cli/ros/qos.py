@@ -79,24 +79,17 @@ def compatible_profile(preset: str, publishers: Iterable[Any]) -> tuple[Any, lis
     offered = [publisher.qos_profile for publisher in publishers]
     if not offered:
         return profile, []
-    reliable = [o.reliability == QoSReliabilityPolicy.RELIABLE for o in offered]
-    latched = [o.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for o in offered]
     notes = []
-    if any(reliable) and not all(reliable):
-        notes.append(_fallback('QoSReliabilityPolicy', 'RELIABLE', 'BEST_EFFORT'))
-    if any(latched) and not all(latched):
-        notes.append(_fallback('QoSDurabilityPolicy', 'TRANSIENT_LOCAL', 'VOLATILE'))
-    profile.reliability = (
-        QoSReliabilityPolicy.RELIABLE if all(reliable) else QoSReliabilityPolicy.BEST_EFFORT
-    )
-    profile.durability = (
-        QoSDurabilityPolicy.TRANSIENT_LOCAL if all(latched) else QoSDurabilityPolicy.VOLATILE
-    )
+    for name, strict, weak in (
+        ('reliability', 'RELIABLE', 'BEST_EFFORT'),
+        ('durability', 'TRANSIENT_LOCAL', 'VOLATILE'),
+    ):
+        policy: Any = _POLICIES[name]
+        meets = [getattr(offer, name) == policy[strict] for offer in offered]
+        setattr(profile, name, policy[strict if all(meets) else weak])
+        if any(meets) and not all(meets):
+            notes.append(
+                f'Some, but not all, publishers are offering QoS{policy.__name__}.{strict}. '
+                f'Falling back to QoS{policy.__name__}.{weak} as it will connect to all publishers'
+            )
     return profile, notes
-
-
-def _fallback(policy: str, strict: str, weak: str) -> str:
-    return (
-        f'Some, but not all, publishers are offering {policy}.{strict}. Falling back to '
-        f'{policy}.{weak} as it will connect to all publishers'
-    )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from contextlib import ExitStack
 import os
 import signal
 import time
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, Final
 
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -63,7 +65,7 @@ def add_verb(
     return verb
 
 
-class Session:
+class Session(ExitStack):
     """Context manager around a node of the default context and its executor.
 
     Signals end it between two steps of the executor: inside ROS code they could surface as any
@@ -75,41 +77,30 @@ class Session:
     """
 
     def __init__(self, args: argparse.Namespace, node_name: str | None = None) -> None:
+        super().__init__()
         self._spin_time_s: float = args.spin_time
-        self._use_sim_time: bool = args.use_sim_time
-        self._name = node_name or f'_ros2cli_{os.getpid()}'
         self._signal: int | None = None
-
-    def __enter__(self) -> Session:  # noqa: PYI034 - Self is newer than Python 3.10
         use_profile(DISCOVERY_PROFILE)
         # A log file for every command would only fill the disk.
         rclpy.init(
             args=['--ros-args', '--disable-external-lib-logs'],
             signal_handler_options=SignalHandlerOptions.NO,
         )
-        self._handlers = {
-            number: signal.signal(number, self._on_signal)
-            for number in (signal.SIGINT, signal.SIGTERM)
-        }
-        sim_time = Parameter('use_sim_time', value=self._use_sim_time)
-        self.node: Any = rclpy.create_node(
-            self._name, start_parameter_services=False, parameter_overrides=[sim_time]
-        )
+        self.callback(rclpy.try_shutdown)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self.callback(signal.signal, number, signal.signal(number, self._on_signal))
+        try:
+            self.node: Any = rclpy.create_node(
+                node_name or f'_ros2cli_{os.getpid()}',
+                start_parameter_services=False,
+                parameter_overrides=[Parameter('use_sim_time', value=args.use_sim_time)],
+            )
+        except NameValidationException as error:
+            raise CommandError(str(error).splitlines()[0]) from None
+        self.callback(self.node.destroy_node)
         self._executor: Any = SingleThreadedExecutor()
+        self.callback(self._executor.shutdown, timeout_sec=0)
         self._executor.add_node(self.node)
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._executor.shutdown(timeout_sec=0)
-        self.node.destroy_node()
-        rclpy.try_shutdown()
-        for number, handler in self._handlers.items():
-            signal.signal(number, handler)
 
     def _on_signal(self, number: int, _: FrameType | None) -> None:
         """Store the signal; a second one interrupts at once."""
