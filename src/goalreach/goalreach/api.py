@@ -1,7 +1,5 @@
 """The functions of the public face: train, evaluate, simulate, figures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import math

@@ -1,7 +1,5 @@
 """Address of the live page: the socket it listens on, its URL, and where its token travels."""
 
-from __future__ import annotations
-
 import socket
 from typing import Final
 

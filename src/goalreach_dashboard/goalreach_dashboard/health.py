@@ -1,7 +1,5 @@
 """Liveness of nodes and rates of topics, from what was received and when."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Checks of values from a browser: where the robot is to be placed, how fast it is to drive."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 import math
 from typing import Final

@@ -1,7 +1,5 @@
 """True, estimated and odometric poses of the robot joined by stamp, and the trails they leave."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 import math
 from typing import Final

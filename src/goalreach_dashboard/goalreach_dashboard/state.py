@@ -1,7 +1,5 @@
 """State of the live page: filled from messages, read by the views; no ROS, no browser."""
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Arena, noise and policy by name, by file or as an object: the values that options take."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path

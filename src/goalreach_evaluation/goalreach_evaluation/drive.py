@@ -1,7 +1,5 @@
 """The whole loop in one process: robot, images, localizer, state and controller, without ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ to 22 paths. It depends on its number and the seed alone, so the result does not
 number of processes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import nullcontext

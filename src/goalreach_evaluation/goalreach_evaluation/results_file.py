@@ -1,7 +1,5 @@
 """Results of long measurements: JSON lines, one per finished case, appended as each finishes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Starting poses of the paths, and the seeds of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
@@ -29,7 +27,7 @@ class RunSeeds:
     training: int
 
     @classmethod
-    def spawn(cls, seed: int) -> RunSeeds:
+    def spawn(cls, seed: int) -> 'RunSeeds':
         """Derive the seeds from the seed of the run."""
         words = np.random.SeedSequence(seed).generate_state(4, dtype=np.uint32) >> 1
         simulator, controller, starts, training = (int(word) for word in words)

@@ -1,7 +1,5 @@
 """The summary of a run or an evaluation, as one JSON object."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import json

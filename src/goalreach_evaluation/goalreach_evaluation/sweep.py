@@ -1,7 +1,5 @@
 """Sweeps: cases measured in parallel, each one learning phase and drives from random starts."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, as_completed

@@ -1,7 +1,5 @@
 """Terminal output of commands: progress on stderr, tables on stdout, plain text in a pipe."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import math

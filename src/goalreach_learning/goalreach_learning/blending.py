@@ -1,7 +1,5 @@
 """From memberships to a heading: the crisp choice and three ways to blend actions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

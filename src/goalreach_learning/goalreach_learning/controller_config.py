@@ -1,7 +1,5 @@
 """Parameters of the controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from goalreach_learning.blending import MODES

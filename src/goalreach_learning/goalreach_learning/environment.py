@@ -6,8 +6,6 @@ Q-learning"). Rotating in place moves nothing, so an option is one straight line
 computed exactly, without time steps.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

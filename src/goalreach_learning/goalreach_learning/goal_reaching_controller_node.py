@@ -1,7 +1,5 @@
 """The `goal_reaching_controller` node: Q-learning and driving, crisp or fuzzy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

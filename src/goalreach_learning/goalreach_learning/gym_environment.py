@@ -3,8 +3,6 @@
 Importing this module registers `goalreach/GoalReach-v0` with Gymnasium.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final
 

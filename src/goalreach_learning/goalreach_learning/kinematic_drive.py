@@ -1,7 +1,5 @@
 """Paths of a policy driven by a point without noise, delay or dynamics, as in Figs. 3 and 6."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 from typing import Final

@@ -1,7 +1,5 @@
 """The mission: starting poses in order, trial after trial."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from goalreach_msgs_py.errors import ConfigurationError

@@ -1,7 +1,5 @@
 """Learned policies: Q-values, visits, and the greedy action of each region."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -93,7 +91,7 @@ class Policy:
         self.visits.setflags(write=False)
 
     @classmethod
-    def unlearned(cls, regions: RegionMap) -> Policy:
+    def unlearned(cls, regions: RegionMap) -> 'Policy':
         """Return a policy without any learning: all Q-values and visits zero."""
         return cls(q=np.zeros(_SHAPE), visits=np.zeros(_SHAPE, dtype=np.int64), regions=regions)
 

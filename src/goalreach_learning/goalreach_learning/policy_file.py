@@ -1,7 +1,5 @@
 """The policy file: JSON, format `goalreach-policy`, version 1."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import resources
 import json

@@ -3,8 +3,6 @@
 Plain floats, since a table of 72 numbers is faster as lists than as an array.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

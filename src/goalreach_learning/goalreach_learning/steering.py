@@ -1,7 +1,5 @@
 """Heading control: speed and steering rate within the limits of the drive."""
 
-from __future__ import annotations
-
 import math
 
 from goalreach_learning.controller_config import ControllerConfig

@@ -1,7 +1,5 @@
 """The paper's action set: eight absolute headings, {0, 45, ..., 315} degrees."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

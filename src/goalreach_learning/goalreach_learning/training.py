@@ -1,7 +1,5 @@
 """The paper's learning phase: trials of paths from every start, without simulating time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

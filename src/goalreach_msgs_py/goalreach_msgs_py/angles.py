@@ -1,7 +1,5 @@
 """Angles in radians, counter-clockwise, wrapped to (-pi, pi] (REP-103); inches in metres."""
 
-from __future__ import annotations
-
 import math
 
 _TURN_RAD = 2.0 * math.pi

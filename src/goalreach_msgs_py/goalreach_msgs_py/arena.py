@@ -1,7 +1,5 @@
 """The arena: walls, LEDs, regions and starting positions, as one checked value."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import math
@@ -149,7 +147,7 @@ class Arena:
                 )
 
     @classmethod
-    def from_parameters(cls, values: Mapping[str, Any]) -> Arena:
+    def from_parameters(cls, values: Mapping[str, Any]) -> 'Arena':
         """Return the arena that parameters of `nomad200` describe, without starts.
 
         Args:

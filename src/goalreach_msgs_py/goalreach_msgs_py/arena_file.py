@@ -19,8 +19,6 @@ Instead of borders and a width, `x_knots_m` and `y_knots_m` give the six knots o
 (`RegionMap`); instead of `border: N`, a list of `{x_m, y_m, heading_deg}` gives each start.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 import math

@@ -4,8 +4,6 @@ Frames: `map` with z up; `camera_optical_frame` with x right, y down, z forward 
 optical centre is on the robot's vertical axis, so turning the head never moves it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 from typing import TypeVar
@@ -62,7 +60,7 @@ class PinholeCamera:
     @classmethod
     def from_field_of_view(
         cls, *, width_px: int = 640, height_px: int = 480, horizontal_fov_rad: float
-    ) -> PinholeCamera:
+    ) -> 'PinholeCamera':
         """Return an ideal camera with square pixels and a centred principal point.
 
         Args:

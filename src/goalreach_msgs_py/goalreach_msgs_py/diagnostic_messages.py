@@ -5,8 +5,6 @@ in the paper's words. A number is written as the shortest decimal that gives the
 `pose_messages` for the conventions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math

@@ -1,7 +1,5 @@
 """Errors that a user can cause and correct."""
 
-from __future__ import annotations
-
 import reprlib
 
 _LONGEST = 1000

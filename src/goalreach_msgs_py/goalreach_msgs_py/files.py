@@ -1,7 +1,5 @@
 """Files: atomic writing, checks before work begins, safe loading of untrusted YAML and JSON."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -4,8 +4,6 @@ DDS does not preserve order between topics, so a node acts on a stamp once all i
 stamp have arrived.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

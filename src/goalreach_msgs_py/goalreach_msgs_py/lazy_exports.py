@@ -1,7 +1,5 @@
 """Packages that import each exported name on first use."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 

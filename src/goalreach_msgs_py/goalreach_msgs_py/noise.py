@@ -4,8 +4,6 @@ The values of `nominal` are chosen, since the paper gives none: those of a caref
 set-up of this kind. `harsh` doubles them, `none` has no errors at all.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -54,7 +52,7 @@ class NoiseModel(Configuration):
         0.03, 'Chance of one spurious light in one image', within=(0.0, 1.0)
     )
 
-    def scaled(self, factor: float) -> NoiseModel:
+    def scaled(self, factor: float) -> 'NoiseModel':
         """Return the model with every error times `factor`; the lens keeps its spot width."""
         values = {f.name: getattr(self, f.name) * factor for f in fields(self)}
         return NoiseModel(**{**values, 'spot_sigma_px': self.spot_sigma_px})
@@ -64,7 +62,7 @@ _FACTORS: Final = {'none': 0.0, 'nominal': 1.0, 'harsh': 2.0}
 NOISE_PRESETS: Final = tuple(_FACTORS)
 
 
-def noise_preset(name: str) -> NoiseModel:
+def noise_preset(name: str) -> 'NoiseModel':
     """Return a preset.
 
     Args:

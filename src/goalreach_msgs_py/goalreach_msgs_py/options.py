@@ -5,8 +5,6 @@ The annotation of a field decides how it is parsed: `bool` is a flag, `bool | No
 default factory is a dataclass is a group: its options are added to those of the whole.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator
 import dataclasses

@@ -1,7 +1,5 @@
 """Standard ROS 2 parameter files: `node: {ros__parameters: {name: value}}`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any

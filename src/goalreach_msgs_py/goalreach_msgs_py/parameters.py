@@ -4,8 +4,6 @@ One dataclass serves the pure core (which only sees values), the node (which dec
 field as a ROS parameter) and the documents. Nested dataclasses become dotted names.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import dataclasses
 from dataclasses import dataclass

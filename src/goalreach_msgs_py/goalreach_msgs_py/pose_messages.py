@@ -4,8 +4,6 @@
 `x_from_raw` reads them, from any sender, and refuses unusable values by field and value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 

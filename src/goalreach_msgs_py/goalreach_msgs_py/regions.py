@@ -6,8 +6,6 @@ is full on [x4, x5]. A crisp border is the middle of its transition area, where 
 are one half; so crisp and fuzzy states agree on which region dominates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import itertools
@@ -178,7 +176,7 @@ class RegionConfig(Configuration):
         )
 
     @classmethod
-    def for_map(cls, regions: RegionMap) -> RegionConfig:
+    def for_map(cls, regions: RegionMap) -> 'RegionConfig':
         """Return the parameters that describe a region map."""
         return cls(
             x_knots_m=regions.x_knots_m,

@@ -1,7 +1,5 @@
 """Sensors and head as serialized messages, and back: see `pose_messages` for the conventions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 import itertools

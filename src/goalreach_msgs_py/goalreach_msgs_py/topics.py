@@ -1,7 +1,5 @@
 """Names of topics, services, frames, joints and nodes."""
 
-from __future__ import annotations
-
 from typing import Final
 
 CLOCK: Final = '/clock'

@@ -1,7 +1,5 @@
 """The values passed between the parts of the system, in the order of the data flow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import enum
 

@@ -5,8 +5,6 @@ are polynomials of time: a second in one step or in a thousand steps gives the s
 Units are those of the axis: metres or radians.
 """
 
-from __future__ import annotations
-
 import math
 
 _Piece = tuple[float, float, float]

@@ -1,7 +1,5 @@
 """Rendering of camera images: LED spots on a dark, noisy background."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Projection of the LEDs into the image: lens, posts, rolling shutter and emission."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

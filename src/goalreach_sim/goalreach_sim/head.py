@@ -1,7 +1,5 @@
 """The pan/tilt head: two servos with noisy, biased encoders."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -10,8 +10,6 @@ The state vector contains the pose measured by the encoders; the true pose is av
 simulator's ground truth.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import compress

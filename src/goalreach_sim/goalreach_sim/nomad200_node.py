@@ -1,7 +1,5 @@
 """The `nomad200` node: the simulated robot in its arena behind ROS topics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Which ticks are due on a clock that follows another, and how far it falls behind."""
 
-from __future__ import annotations
-
 import math
 
 _BURST = 5

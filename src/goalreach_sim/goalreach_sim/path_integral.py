@@ -7,8 +7,6 @@ turns by at most a quarter radian has an error of about 1e-13 of the distance (i
 exact.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

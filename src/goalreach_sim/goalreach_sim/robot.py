@@ -10,8 +10,6 @@ so the turret's joint, seen from base_link, is turret.position - steering.positi
 turns the base slowly while the robot drives; the encoders do not see it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import math
 

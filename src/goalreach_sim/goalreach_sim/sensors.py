@@ -1,7 +1,5 @@
 """Sensor readings, wheel odometry, bumpers and the errors drawn for a run."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 import math

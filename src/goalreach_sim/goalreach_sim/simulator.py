@@ -1,7 +1,5 @@
 """The simulated Nomad 200 in its arena, one camera period at a time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 import math
 

@@ -1,7 +1,5 @@
 """Parameters of the simulated robot: arena, camera, motors, clock and faults."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass, field
 import itertools
@@ -179,7 +177,7 @@ class SimulatorConfig(Configuration):
         return self.watchdog_s - full_m_per_s / self.watchdog_braking_m_per_s2
 
     @classmethod
-    def for_arena(cls, arena: Arena, noise: NoiseModel) -> SimulatorConfig:
+    def for_arena(cls, arena: Arena, noise: NoiseModel) -> 'SimulatorConfig':
         """Return the default robot with given errors at the first start of an arena."""
         config = cls(
             arena_width_m=arena.width_m,

@@ -1,7 +1,5 @@
 """The `bench` command of an installed goalreach: says where the benchmarks are."""
 
-from __future__ import annotations
-
 from goalreach_bringup.command import VerbatimOptions as Options
 from goalreach_msgs_py.errors import GoalreachError
 

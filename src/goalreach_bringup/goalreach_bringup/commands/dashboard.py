@@ -1,7 +1,5 @@
 """The `dashboard` command: the live page of a graph that runs, or of a bag that is replayed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import os
 import secrets

@@ -1,7 +1,5 @@
 """The `evaluate` command: a policy driven through images, localizer and state in one process."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The `record` command: a rosbag2 recording of the running graph."""
 
-from __future__ import annotations
-
 from goalreach_bags.options import RecordOptions as Options
 from goalreach_msgs_py.errors import ConfigurationError
 

@@ -1,7 +1,5 @@
 """The `run` command: the whole graph, driving."""
 
-from __future__ import annotations
-
 from goalreach_bringup.launch.options import RunOptions
 
 SUMMARY = 'Bring the graph up, one process per node, and drive'

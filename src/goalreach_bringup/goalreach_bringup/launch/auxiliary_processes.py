@@ -1,7 +1,5 @@
 """Auxiliary processes of a run: the live page and the recorder."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib.util import find_spec
 import logging

@@ -5,8 +5,6 @@ them once, while the launcher prepares the run; a child forked from it has its c
 the memory of the imports, and is restarted as quickly. The server never calls `rclpy.init`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import importlib

@@ -1,7 +1,5 @@
 """Environment of a graph: variables, run directory, domain lock, shared memory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 import contextlib
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Learning over the live graph: its start, continuation and result."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,7 +32,7 @@ class LearningRun:
     trials: int
 
     @classmethod
-    def begin(cls, path: Path, arena: Arena, *, trials: int = 0) -> LearningRun:
+    def begin(cls, path: Path, arena: Arena, *, trials: int = 0) -> 'LearningRun':
         """Return the learning phase of a file, or a new one written to it.
 
         Args:

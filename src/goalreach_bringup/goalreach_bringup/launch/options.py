@@ -1,7 +1,5 @@
 """Options of a run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 from pathlib import Path

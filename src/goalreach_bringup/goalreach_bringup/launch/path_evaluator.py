@@ -1,7 +1,5 @@
 """Evaluation of driven paths against the ground truth, from the topics of a running graph."""
 
-from __future__ import annotations
-
 from array import array
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -58,7 +56,7 @@ class TickLog(Sequence[Tick]):
             )
         )
 
-    def take_until(self, time_ns: int) -> TickLog:
+    def take_until(self, time_ns: int) -> 'TickLog':
         """Remove and return the ticks up to and including a stamp."""
         count = bisect_right(self._stamps_ns, time_ns)
         taken = self[:count]
@@ -72,8 +70,8 @@ class TickLog(Sequence[Tick]):
     @overload
     def __getitem__(self, index: int) -> Tick: ...
     @overload
-    def __getitem__(self, index: slice) -> TickLog: ...
-    def __getitem__(self, index: int | slice) -> Tick | TickLog:
+    def __getitem__(self, index: slice) -> 'TickLog': ...
+    def __getitem__(self, index: int | slice) -> 'Tick | TickLog':
         if isinstance(index, slice):
             begin, end, step = index.indices(len(self))
             if step != 1:

@@ -1,7 +1,5 @@
 """Parameters of every node, from the options of a run and a parameter file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What a run prints: log messages, a line per path, and a table at the end."""
 
-from __future__ import annotations
-
 import logging
 import math
 from typing import Final
@@ -33,7 +31,7 @@ class RunReport(logging.Handler):
         self._total = total
         self._done = 0
 
-    def __enter__(self) -> RunReport:  # noqa: PYI034 - Self is newer than 3.10
+    def __enter__(self) -> 'RunReport':  # noqa: PYI034 - Self is newer than 3.10
         logger = logging.getLogger(_LOGGER)
         logger.addHandler(self)
         logger.setLevel(logging.INFO)

@@ -1,7 +1,5 @@
 """Connects the live page to a graph."""
 
-from __future__ import annotations
-
 import time
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Updates the live page's state from the topics of a graph."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 import math

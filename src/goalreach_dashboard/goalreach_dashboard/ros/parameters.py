@@ -1,7 +1,5 @@
 """Polls the parameters of the nodes: their settings, and whether they respond."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 import contextlib
 from dataclasses import asdict, fields

@@ -5,8 +5,6 @@ messages of each topic: messages that are never shown are never deserialized, an
 computed from the publishers' sequence numbers.
 """
 
-from __future__ import annotations
-
 import base64
 from collections import OrderedDict
 import math

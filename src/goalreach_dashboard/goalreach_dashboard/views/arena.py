@@ -1,7 +1,5 @@
 """The arena's picture: the floor and its regions, the policy, the robot and its estimate."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 import itertools
 import math

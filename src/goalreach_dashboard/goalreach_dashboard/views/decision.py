@@ -1,7 +1,5 @@
 """Decision and learning: the votes, the commanded heading, and the outcomes of the paths."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from goalreach_dashboard.state import WINDOW, PageState, PathStatistics

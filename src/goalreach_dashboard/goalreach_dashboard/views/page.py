@@ -1,7 +1,5 @@
 """The whole page as one view: summary, health of the graph, and all panels."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from goalreach_dashboard.health import NodeStatus

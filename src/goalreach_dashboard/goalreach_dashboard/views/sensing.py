@@ -1,7 +1,5 @@
 """Camera image, poses in figures, and the memberships of the region state."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 import math
 from typing import Final

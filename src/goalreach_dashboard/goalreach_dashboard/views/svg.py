@@ -1,7 +1,5 @@
 """Views as differences of attributes, and what they share: fragments, transforms and figures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 import math

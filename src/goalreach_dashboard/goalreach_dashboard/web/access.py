@@ -11,8 +11,6 @@ Three checks apply to every request, websockets included:
 Requests that fail are refused before NiceGUI sees them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import hmac
 from typing import Final

@@ -1,7 +1,5 @@
 """Controls of one page: pause, place, mode, speed, noise, and the page's own appearance."""
 
-from __future__ import annotations
-
 from collections.abc import Awaitable, Callable, Mapping
 import math
 from typing import Any, Final

@@ -4,8 +4,6 @@ The page is a skeleton whose elements are named; the server sends each browser t
 what it shows, and the next one only after the browser has painted the last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import resources
 import math

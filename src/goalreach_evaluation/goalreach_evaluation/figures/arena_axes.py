@@ -1,7 +1,5 @@
 """Axes of the arena, in inches as in the paper and in metres."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 from matplotlib.artist import Artist

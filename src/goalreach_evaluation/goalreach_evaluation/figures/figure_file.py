@@ -1,7 +1,5 @@
 """Figures and animations as files; the same data gives the same bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path

@@ -4,8 +4,6 @@ Figures 1, 4 and 5 show the state space, its transition areas and the membership
 and 7 the optimal actions and paths driven by them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import itertools
 from typing import Any

@@ -1,7 +1,5 @@
 """Paths as a short animation: the robot's body and its trail over the regions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final
 

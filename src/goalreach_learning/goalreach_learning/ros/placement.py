@@ -1,7 +1,5 @@
 """Placing and pausing the simulated robot, and waiting without blocking the executor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import time
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Fast DDS profiles: which machines a graph can reach, and how quickly it is discovered."""
 
-from __future__ import annotations
-
 from importlib import resources
 import os
 from typing import Final

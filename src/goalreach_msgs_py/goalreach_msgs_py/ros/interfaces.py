@@ -1,7 +1,5 @@
 """Python classes of messages and services by the names of their types."""
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 

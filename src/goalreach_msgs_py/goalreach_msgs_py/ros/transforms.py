@@ -4,8 +4,6 @@ tf2_msgs is not among the pip wheels, so nothing here depends on it; on a full R
 RViz and Foxglove show the robot by these transforms.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Clocks of the simulation: real time and lockstep, both behind the same methods."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import time
 from typing import Final

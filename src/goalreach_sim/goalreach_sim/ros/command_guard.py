@@ -1,7 +1,5 @@
 """Validation of commands: fresh ones, and from a single node."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from rclpy.node import Node

@@ -1,7 +1,5 @@
 """Publishers of the simulator: clock, sensors and ground truth of a tick; arena markers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 import time

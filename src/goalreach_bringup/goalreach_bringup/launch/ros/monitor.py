@@ -1,7 +1,5 @@
 """The launcher's own node: evaluates the paths that the graph drives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time

@@ -1,7 +1,5 @@
 """All nodes of the graph: imported at once by the fork server, or run in one process."""
 
-from __future__ import annotations
-
 import gc
 
 from diagnostic_msgs.msg import DiagnosticArray

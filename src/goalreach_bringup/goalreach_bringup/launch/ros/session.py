@@ -1,7 +1,5 @@
 """One run of the graph, from its options to its result."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 import logging
 import os

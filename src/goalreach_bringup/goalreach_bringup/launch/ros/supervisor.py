@@ -1,7 +1,5 @@
 """Starts the processes of the graph, restarts those that fail, and stops them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import logging
