@@ -19,6 +19,9 @@ def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[
     assert out.startswith('usage: ros2 ')
     assert all(name in out for name in COMMANDS)
     assert 'Differences from ros2cli 0.32: ' in out
+    with pytest.raises(SystemExit):
+        main(['topic', '--help'])
+    assert 'Differences from ros2cli 0.32: ' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

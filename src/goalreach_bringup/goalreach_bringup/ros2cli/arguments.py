@@ -28,42 +28,24 @@ def add(parser: Any, *rows: tuple[Any, ...]) -> None:  # noqa: ANN401 - or a gro
         parser.add_argument(*names.split(), help=text, **settings)
 
 
-def positive_int(text: str) -> int:
-    """Return the integer, which must be 1 or more.
+def _number(kind: Callable[[str], Any], least: float, wanted: str) -> Callable[[str], Any]:
+    """Return a type of numbers that are finite and at least so much."""
 
-    Raises:
-        argparse.ArgumentTypeError: It is not.
-    """
-    value = non_negative_int(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError('value must be a positive integer')
-    return value
+    def parse(text: str) -> Any:  # noqa: ANN401 - of the kind
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value < math.inf:
+            raise argparse.ArgumentTypeError(f'value must be a {wanted}')
+        return value
 
-
-def non_negative_int(text: str) -> int:
-    """Return the integer, which must be 0 or more.
-
-    Raises:
-        argparse.ArgumentTypeError: It is not.
-    """
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError('value must be a non-negative integer')
-    return int(text)
+    return parse
 
 
-def positive_float(text: str) -> float:
-    """Return the number, which must be finite and more than 0.
-
-    Raises:
-        argparse.ArgumentTypeError: It is not.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise argparse.ArgumentTypeError('value must be a positive number')
-    return value
+positive_int = _number(int, 1, 'positive integer')
+non_negative_int = _number(int, 0, 'non-negative integer')
+positive_float = _number(float, math.ulp(0.0), 'positive number')
 
 
 def regular_expression(text: str) -> re.Pattern[str]:

@@ -60,7 +60,7 @@ def _parser(arguments: list[str]) -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(title='Commands', metavar='COMMAND')
     for name, summary in COMMANDS.items():
-        command = commands.add_parser(name, help=summary, description=summary)
+        command = commands.add_parser(name, help=summary, description=summary, epilog=_DIFFERENCES)
         if name in arguments[:1]:
             module = importlib.import_module(f'goalreach_bringup.ros2cli.ros.{name}')
             module.add_verbs(command)
