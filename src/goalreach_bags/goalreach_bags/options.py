@@ -160,7 +160,8 @@ class ReplayOptions(CommandOptions):
     clock: bool = option(False, 'publish /clock')
     paused: bool = option(
         False, 'start paused; space or the service /player/resume (std_srvs/srv/Trigger) '
-        'continues, s or /player/play_next steps', flag='--start-paused', aliases=('--paused', '-p'),
+        'continues, s or /player/play_next steps', flag='--start-paused',
+        aliases=('--paused', '-p'),
     )  # fmt: skip
     quiet: bool = option(False, 'show no progress')
     recompute: bool = option(
