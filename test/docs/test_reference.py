@@ -1,0 +1,85 @@
+"""What the documents list is what the code has."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+import re
+
+import pytest
+
+from goalreach_bringup import variables
+from goalreach_msgs_py import topics
+import graphs
+
+ROOT = Path(__file__).parents[2]
+README_WORDS = 900
+_ROW = re.compile(r'^\| `(/[\w/]+)`<br>(\w+)/(\w+) \|', re.MULTILINE)
+_OWN = re.compile(r'/(?:rosout|parameter_events|_acknowledged/.*)')
+
+
+def contract() -> dict[str, str]:
+    """Return the types of the topics of CONTRACT.md."""
+    text = (ROOT / 'docs' / 'CONTRACT.md').read_text()
+    return {name: f'{package}/msg/{kind}' for name, package, kind in _ROW.findall(text)}
+
+
+def blocks(path: Path) -> Iterator[str]:
+    """Give the examples in Python of a document."""
+    yield from re.findall(r'^```python\n(.*?)^```', path.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def test_the_readme_is_short() -> None:
+    assert len((ROOT / 'README.md').read_text().split()) <= README_WORDS
+
+
+def test_every_checked_variable_is_described() -> None:
+    text = (ROOT / 'docs' / 'reference' / 'environment.md').read_text()
+
+    assert [name for name in variables._CHECKS if f'`{name}`' not in text] == []
+
+
+@pytest.mark.graph
+def test_the_contract_lists_the_topics_of_a_run(tmp_path: Path) -> None:
+    domain = graphs.fresh_domain()
+    seen: dict[str, str] = {}
+    command = ['run', '--policy', 'paper', '--no-dashboard']
+    with (
+        graphs.goalreach(command, domain=domain, home=tmp_path),
+        graphs.onlooker(domain) as (node, serve_until),
+    ):
+
+        def complete() -> bool:
+            seen.update((name, kinds[0]) for name, kinds in node.get_topic_names_and_types())
+            return contract().keys() <= seen.keys()
+
+        serve_until(complete, 40.0)
+
+    assert {name: kind for name, kind in seen.items() if not _OWN.fullmatch(name)} == contract()
+    services = (ROOT / 'docs' / 'CONTRACT.md').read_text()
+    assert f'`{topics.RESET_SERVICE}`' in services
+    assert f'`{topics.PAUSE_SERVICE}`' in services
+
+
+def test_the_examples_of_tutorials_are_valid_python() -> None:
+    pages = [*ROOT.glob('docs/tutorials/*.md'), *ROOT.glob('docs/how-to/*.md')]
+    found = [block for page in pages for block in blocks(page)]
+
+    assert len(found) >= 5
+    for block in found:
+        ast.parse(block)
+
+
+def test_the_tutorial_shows_the_ten_lines() -> None:
+    text = (ROOT / 'examples' / 'ten_lines.py').read_text()
+    shown = next(blocks(ROOT / 'docs' / 'tutorials' / 'ten_lines.md'))
+
+    assert text.endswith(f'"""\n\n{shown}')
+
+
+def test_the_environment_of_the_gymnasium_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip('gymnasium')
+    example, _ = blocks(ROOT / 'docs' / 'how-to' / 'gymnasium.md')
+    exec(compile(example, 'gymnasium.md', 'exec'), {})  # noqa: S102 - the document's own example
+
+    region, reward = capsys.readouterr().out.split()
+    assert (region == 'FRONT/NEAR') == (float(reward) == 1.0)
