@@ -313,6 +313,7 @@ def test_every_script_names_a_command() -> None:
     }
     assert commands.pop('run_tests.py') == []
     assert commands.pop('bench.py') == []
+    assert commands.pop('docs.py') == []
     assert commands.pop('run_stack.py') == ['run']
     assert commands == {f'{name}.py': [name] for (name,) in commands.values()}
     assert len(commands) == 10

@@ -25,6 +25,12 @@ from goalreach_perception.state_estimator import StateEstimatorConfig
 from goalreach_sim.simulator_config import FaultParameters, SimulatorConfig, TimeConfig
 
 _ENDLESS_STARTS = 1000
+NODE_CONFIGS: dict[str, tuple[type[object], ...]] = {
+    ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
+    LOCALIZER: (LocalizerConfig,),
+    ESTIMATOR: (StateEstimatorConfig,),
+    CONTROLLER: (ControllerConfig, MissionConfig),
+}
 
 
 def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[Pose2, ...]:
@@ -137,13 +143,7 @@ def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> 
 
 def _check(parameters: NodeParameters) -> None:
     """Build every configuration once, to report a mistake before anything starts."""
-    classes: dict[str, tuple[type[object], ...]] = {
-        ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
-        LOCALIZER: (LocalizerConfig,),
-        ESTIMATOR: (StateEstimatorConfig,),
-        CONTROLLER: (ControllerConfig, MissionConfig),
-    }
-    for node, configs in classes.items():
+    for node, configs in NODE_CONFIGS.items():
         for cls in configs:
             _build(node, cls, parameters[node])
 
