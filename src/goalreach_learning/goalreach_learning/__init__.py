@@ -9,12 +9,7 @@ from goalreach_learning.blending import MODES, blend_heading
 from goalreach_learning.controller import ControlStep, GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.environment import OptionEnd, OptionEnvironment
-from goalreach_learning.kinematic_drive import (
-    Track,
-    blended_track,
-    crisp_track,
-    greedy_successes,
-)
+from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track, greedy_successes
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.q_learning import (

@@ -62,7 +62,7 @@ _FACTORS: Final = {'none': 0.0, 'nominal': 1.0, 'harsh': 2.0}
 NOISE_PRESETS: Final = tuple(_FACTORS)
 
 
-def noise_preset(name: str) -> 'NoiseModel':
+def noise_preset(name: str) -> NoiseModel:
     """Return a preset.
 
     Args:

@@ -15,11 +15,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
 
-from goalreach_dashboard.ros.subscriptions import (
-    CameraReader,
-    PolledSubscription,
-    best_effort,
-)
+from goalreach_dashboard.ros.subscriptions import CameraReader, PolledSubscription, best_effort
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import MessageError, stamp_of

@@ -22,11 +22,7 @@ import uvicorn
 from goalreach_dashboard.ros.graph import GraphClient
 from goalreach_dashboard.views.svg import View, difference
 from goalreach_dashboard.web.access import MAY_STEER, AccessMiddleware, AccessPolicy
-from goalreach_dashboard.web.controls import (
-    SteeringControls,
-    add_appearance,
-    add_read_only_note,
-)
+from goalreach_dashboard.web.controls import SteeringControls, add_appearance, add_read_only_note
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher

@@ -24,13 +24,7 @@ from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.pose_messages import odometry_from_raw
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, subscribe_raw
-from goalreach_msgs_py.topics import (
-    GROUND_TRUTH,
-    MONITOR,
-    Q_TABLE,
-    STATE,
-    TRANSITION,
-)
+from goalreach_msgs_py.topics import GROUND_TRUTH, MONITOR, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Confidence, Pose2
 
 _SILENCE_S = 1.0

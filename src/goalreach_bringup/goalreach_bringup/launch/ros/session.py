@@ -16,11 +16,7 @@ from goalreach_bringup.launch.auxiliary_processes import (
     RecorderProcess,
     is_page_wanted,
 )
-from goalreach_bringup.launch.environment import (
-    domain_lock,
-    graph_environment,
-    make_run_directory,
-)
+from goalreach_bringup.launch.environment import domain_lock, graph_environment, make_run_directory
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
