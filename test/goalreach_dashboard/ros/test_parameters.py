@@ -72,6 +72,6 @@ def test_a_node_is_polled_four_times_a_second(robot: PolledRobot) -> None:
     before, began_s = robot.calls, time.monotonic()
     for frame in range(round(SECONDS / FRAME_S)):
         robot.poller.poll(began_s + frame * FRAME_S)
-        while robot.poller.pending:
+        while robot.poller._pending:
             robot.executor.spin_once(timeout_sec=0.1)
     assert 2.5 <= (robot.calls - before) / SECONDS <= 4.0

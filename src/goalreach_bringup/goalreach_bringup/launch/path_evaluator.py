@@ -48,13 +48,8 @@ class TickLog(Sequence[Tick]):
         """Add a tick later than all earlier ones."""
         self._stamps_ns.append(tick.time_ns)
         heading_rad = tick.commanded_heading_rad
-        self._numbers.extend(
-            (
-                *_row(tick.truth),
-                *_row(tick.estimate),
-                _NAN if heading_rad is None else heading_rad,
-            )
-        )
+        heading = _NAN if heading_rad is None else heading_rad
+        self._numbers.extend((*_row(tick.truth), *_row(tick.estimate), heading))
 
     def take_until(self, time_ns: int) -> 'TickLog':
         """Remove and return the ticks up to and including a stamp."""

@@ -171,10 +171,7 @@ def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[s
         progress: Progress of the run.
         lockstep: Whether the graph may be ahead of the launcher.
     """
-    controller: dict[str, Any] = {
-        'first_path': progress.path,
-        'resume': progress.placed,
-    }
+    controller = {'first_path': progress.path, 'resume': progress.placed}
     changes: dict[str, dict[str, Any]] = {CONTROLLER: controller}
     if progress.truth is not None:
         truth = progress.truth

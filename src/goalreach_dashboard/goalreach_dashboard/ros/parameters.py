@@ -49,11 +49,6 @@ class ParameterPoller:
         self._pending: dict[str, Any] = {}
         self._robot_parameters: Mapping[str, Any] = {}
 
-    @property
-    def pending(self) -> int:
-        """Number of responses that have not arrived."""
-        return len(self._pending)
-
     def poll(self, now_s: float) -> None:
         """Call the nodes that are due; drop calls that have timed out.
 

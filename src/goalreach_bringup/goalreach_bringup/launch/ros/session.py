@@ -1,11 +1,10 @@
 """One run of the graph, from its options to its result."""
 
-from collections.abc import Mapping
 import logging
 import os
 from pathlib import Path
 import time
-from typing import Any, Final
+from typing import Final
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
@@ -204,7 +203,6 @@ class RunSession:
         sim_time_s = self._sim_time_s
         self._report.table(self._tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
         if self._options.summary:
-            config: Mapping[str, Any] = parameters
             summary = summarise(
                 self._results,
                 seed=self._options.seed,
@@ -212,7 +210,7 @@ class RunSession:
                 policy=str(self._options.policy or 'learned'),
                 sim_time_s=sim_time_s,
                 wall_time_s=wall_time_s,
-                config=config,
+                config=parameters,
             )
             write_summary(self._options.summary, summary)
 
