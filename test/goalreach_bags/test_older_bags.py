@@ -17,6 +17,7 @@ from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.report import show_bag
+from goalreach_bags.storage import BagError
 from goalreach_bags.topic import message_definition
 from small_bags import STRING, string_topic, text_message, texts, write_bag
 
@@ -133,6 +134,7 @@ def test_repaired_metadata_of_an_older_bag_is_read_by_rosbags(tmp_path: Path) ->
         ({'version': 9, 'relative_file_paths': ['/elsewhere/bag_0.db3']}, ''),
         ({'version': 6, 'custom_data': ['a', 'b']}, ''),
         ({'version': 6, 'custom_data': None}, ''),
+        ({'version': 6, 'custom_data': {1: float('inf')}}, ''),
         ({'duration': {'nanoseconds': 1}}, 'its times are not those of the messages'),
         ({'topics_with_message_count': []}, 'counts 0 messages of /text, the files hold 5'),
     ],
@@ -211,6 +213,26 @@ def test_messages_that_are_compressed_one_by_one_are_read_and_stay_so(
 
     assert path.read_bytes() == before
     assert read_times(path.parent) == [1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {'duration': {'nanoseconds': float('inf')}},
+        {'message_count': [], 'topics_with_message_count': 3},
+        {'relative_file_paths': [3000 * 'a']},
+    ],
+)
+def test_metadata_with_impossible_values_is_refused_and_repaired(
+    tmp_path: Path, changes: Mapping[str, Any]
+) -> None:
+    write_sqlite(tmp_path / 'bag' / 'bag_0.db3', 4)
+    write_metadata(tmp_path / 'bag', **changes)
+
+    with pytest.raises(BagError, match=r'metadata\.yaml: is not the metadata of a bag$'):
+        BagReader(tmp_path / 'bag')
+    assert not repair_bag(tmp_path / 'bag').was_sound
+    assert read_times(tmp_path / 'bag') == [1, 2, 3, 4, 5]
 
 
 def test_topic_without_messages_whose_type_is_not_installed_costs_nothing(tmp_path: Path) -> None:

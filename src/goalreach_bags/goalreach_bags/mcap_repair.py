@@ -101,7 +101,7 @@ class McapScan:
         channels: Channels by number.
         metadata: Copy of the bag's metadata, or empty.
         distro: ROS distribution, or empty.
-        problems: Why the file needs repair; none for a sound file.
+        problems: Why the file needs repair, in order; none for a sound file.
         dropped_bytes: Bytes of records that are not sound.
         compressed: Whether each message is compressed by itself.
     """
@@ -112,7 +112,7 @@ class McapScan:
     channels: dict[int, Channel] = field(default_factory=dict)
     metadata: str = ''
     distro: str = ''
-    problems: list[str] = field(default_factory=list)
+    problems: dict[str, None] = field(default_factory=dict)
     dropped_bytes: int = 0
     compressed: bool = False
     _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
@@ -130,7 +130,8 @@ class McapScan:
     def damage(self) -> str:
         """Why the file needs repair, on one line; empty for a sound file."""
         more = len(self.problems) - _PROBLEMS
-        return '; '.join(self.problems[:_PROBLEMS]) + (f'; {more} more' if more > 0 else '')
+        shown = '; '.join(list(self.problems)[:_PROBLEMS])
+        return shown + (f'; {more} more' if more > 0 else '')
 
     @property
     def topics(self) -> tuple[BagTopic, ...]:
@@ -201,8 +202,7 @@ class McapScan:
             self._add_problem(f'{missing} chunks have no index, {wrong} indexes have no chunk')
 
     def _add_problem(self, problem: str) -> None:
-        if problem not in self.problems:
-            self.problems.append(problem)
+        self.problems[problem] = None
 
     def _read_summary(self, stream: BinaryIO) -> int | None:
         """Check the end of the file; return the number of messages that the summary counts."""
@@ -239,7 +239,7 @@ class McapScan:
         self.dropped_bytes = 0
         self._chunks.clear()
         with self.path.open('rb') as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
-            offset = len(MAGIC)
+            offset = chunk = len(MAGIC)
             stop = len(data) - (offset if data[-offset:] == MAGIC else 0)
             while offset < stop:
                 end, name = _record_end(data, offset), 'record'
@@ -249,7 +249,9 @@ class McapScan:
                 try:
                     records = self._parse(data, offset, end)
                 except _DAMAGE as error:
-                    end = _next_record(data, offset, end)
+                    if chunk <= offset:
+                        chunk = _find_chunk(data, offset + 1, len(data))
+                    end = end if end <= chunk and _is_whole(data, offset, end) else chunk
                     if end < stop or not self.problems:
                         reason = str(error) or type(error).__name__
                         self._add_problem(f'{name} at byte {offset}: {reason}')
@@ -330,11 +332,9 @@ def _is_record(data: mmap, offset: int) -> bool:
     return offset < len(data) and data[offset] in _KNOWN and _record_end(data, offset) <= len(data)
 
 
-def _next_record(data: mmap, offset: int, end: int) -> int:
-    """Return where to continue after a damaged record: at its end, or else at the next chunk."""
-    chunk = _find_chunk(data, offset + 1, len(data))
-    is_long_enough = _is_record(data, end) or _find_chunk(data, offset, offset + 1) == offset
-    return end if is_long_enough and end <= chunk else chunk
+def _is_whole(data: mmap, offset: int, end: int) -> bool:
+    """Return whether the length of a damaged record is sound: it leads to a record, or agrees."""
+    return _is_record(data, end) or _find_chunk(data, offset, offset + 1) == offset
 
 
 def _find_chunk(data: mmap, start: int, stop: int) -> int:
@@ -361,6 +361,6 @@ def scan_mcap(path: Path) -> McapScan:
             raise BagError(path, 'is no MCAP file')
     scan = McapScan(path=path, span=FileSpan(name=path.name))
     if begin != MAGIC:
-        scan.problems.append('its first bytes are not those of an MCAP file')
+        scan.problems['its first bytes are not those of an MCAP file'] = None
     scan.read()
     return scan

@@ -18,6 +18,8 @@ METADATA_NAME: Final = 'metadata.yaml'
 METADATA_VERSION: Final = 9
 ROS_DISTRO: Final = 'jazzy'
 _ROOT: Final = 'rosbag2_bagfile_information'
+_NAME_BYTES: Final = 255
+"""Longest name of a file on Linux."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,12 +155,15 @@ def _parse(document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
     mode = str(document.get('compression_mode') or '').upper()
     listed = document.get('topics_with_message_count') or ()
     counts = {str(e['topic_metadata']['name']): int(e.get('message_count', 0)) for e in listed}
-    names = document.get('relative_file_paths') or [f['path'] for f in document['files']]
+    paths = document.get('relative_file_paths') or [f['path'] for f in document['files']]
+    # To version 3 they begin with the bag's directory; only their last part counts.
+    names = [PurePosixPath(path).name for path in paths]
+    if any(len(name.encode()) > _NAME_BYTES for name in names):
+        raise ValueError('a name that no file can have')
     return BagMetadata(
         storage=str(document['storage_identifier']),
         topics=tuple(_topic(entry['topic_metadata']) for entry in listed),
-        # To version 3 the names begin with the bag's directory; only their last part counts.
-        files=tuple(FileSpan(name=PurePosixPath(name).name) for name in names),
+        files=tuple(FileSpan(name=name) for name in names),
         total=FileSpan(
             name='',
             counts=Counter(counts),
