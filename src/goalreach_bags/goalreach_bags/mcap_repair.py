@@ -251,7 +251,8 @@ class McapScan:
                 except _DAMAGE as error:
                     if chunk <= offset:
                         chunk = _find_chunk(data, offset + 1, len(data))
-                    end = end if end <= chunk and _is_whole(data, offset, end) else chunk
+                    agrees = _find_chunk(data, offset, offset + 1) == offset
+                    end = min(end, chunk) if agrees or _is_record(data, end) else chunk
                     if end < stop or not self.problems:
                         reason = str(error) or type(error).__name__
                         self._add_problem(f'{name} at byte {offset}: {reason}')
@@ -330,11 +331,6 @@ def _record_end(data: mmap, offset: int) -> int:
 def _is_record(data: mmap, offset: int) -> bool:
     """Return whether a record of a known kind begins at a place, and the file holds it whole."""
     return offset < len(data) and data[offset] in _KNOWN and _record_end(data, offset) <= len(data)
-
-
-def _is_whole(data: mmap, offset: int, end: int) -> bool:
-    """Return whether the length of a damaged record is sound: it leads to a record, or agrees."""
-    return _is_record(data, end) or _find_chunk(data, offset, offset + 1) == offset
 
 
 def _find_chunk(data: mmap, start: int, stop: int) -> int:

@@ -99,9 +99,10 @@ def test_faster(bag: Path) -> None:
 
 
 @pytest.mark.graph
-def test_type_that_is_not_known_costs_its_topic_alone(tmp_path: Path) -> None:
-    topics = [string_topic(), string_topic('/split', type_name='my_msgs/msg/Split', type_hash='')]
-    messages = [(name, k + 1, text_message('a')) for k in range(3) for name in ('/text', '/split')]
+def test_what_cannot_be_published_costs_its_topic_alone(tmp_path: Path) -> None:
+    unknown = string_topic('/split', type_name='my_msgs/msg/Split', type_hash='')
+    topics = [string_topic(), unknown, string_topic('no topic')]
+    messages = [(topic.name, k + 1, text_message('a')) for k in range(3) for topic in topics]
     write_bag(tmp_path / 'bag', messages, topics=topics)
     arguments = ['replay', str(tmp_path / 'bag'), '--quiet']
 
@@ -110,6 +111,7 @@ def test_type_that_is_not_known_costs_its_topic_alone(tmp_path: Path) -> None:
 
     assert player.returncode == 0
     assert '/split is not replayed: ' in text
+    assert 'no topic is not replayed: Invalid topic name: ' in text
     assert 'replayed 3 messages' in text
 
 
