@@ -1,7 +1,5 @@
 """Differences between two messages, two bags, and between a recorded run and a recomputed one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 import hashlib

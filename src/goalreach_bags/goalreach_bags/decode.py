@@ -1,7 +1,5 @@
 """From serialized messages to values, by the definitions of Jazzy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 import dataclasses
 from typing import Any, Final

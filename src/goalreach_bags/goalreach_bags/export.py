@@ -1,7 +1,5 @@
 """Export of a topic as a table: one row per message, one column per number or text."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass, field
 import importlib

@@ -1,7 +1,5 @@
 """What the files of a bag hold, what is the matter with them, and whether a repair helps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

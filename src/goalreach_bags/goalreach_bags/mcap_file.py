@@ -1,7 +1,5 @@
 """MCAP files: written chunk by chunk, so that a finished chunk survives the process; and read."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -5,8 +5,6 @@ that is cut short for a whole one and skip records of unknown kinds, so records 
 After a record whose length is damaged, reading continues at the next chunk.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO

@@ -1,7 +1,5 @@
 """The metadata of a bag, `metadata.yaml`: written as Jazzy does, read in every version."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

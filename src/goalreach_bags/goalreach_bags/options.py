@@ -1,7 +1,5 @@
 """Options of a recording and of a replay: which topics, how stored, how played."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reading a bag; every mistake is one line."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager

@@ -1,7 +1,5 @@
 """Topics of a run that a recording expects, and the result of a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 import json

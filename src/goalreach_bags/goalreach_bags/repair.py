@@ -1,7 +1,5 @@
 """Repair of bags whose recorder was killed, without harm to any file."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Printed tables about bags."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

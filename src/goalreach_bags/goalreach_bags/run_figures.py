@@ -1,7 +1,5 @@
 """Figures of a run from its bag."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from matplotlib.axes import Axes

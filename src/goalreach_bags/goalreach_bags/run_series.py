@@ -1,7 +1,5 @@
 """Time series of a run, read from its bag."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """SQLite files of rosbag2: written as Jazzy does, read and repaired in every version."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager

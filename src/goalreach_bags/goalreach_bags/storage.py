@@ -1,7 +1,5 @@
 """Storage of a bag: formats, extent of a file, free disk space, and the errors."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 import errno

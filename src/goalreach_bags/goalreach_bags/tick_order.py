@@ -5,8 +5,6 @@ graph's clock stands still between an image and its answer: everything that belo
 published, and received, at that time. Within one stamp the order is that of the topics' names.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math

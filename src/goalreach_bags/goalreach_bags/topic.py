@@ -1,7 +1,5 @@
 """Topics of a bag: type, definition and offered quality of service."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

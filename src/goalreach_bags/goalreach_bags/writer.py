@@ -1,7 +1,5 @@
 """Writing a bag: a directory of storage files and their metadata."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 import errno

@@ -1,7 +1,5 @@
 """The player: publishes the messages of a bag at their time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Quality of service of recorded and replayed topics: from the graph, to the bag and back."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Recomputation: recorded sensors through live perception and state estimation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial

@@ -1,7 +1,5 @@
 """The recorder: writes every message of the selected topics into a bag, unchanged."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 import time

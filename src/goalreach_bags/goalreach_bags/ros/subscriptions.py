@@ -1,7 +1,5 @@
 """Subscriptions of all topics that are being recorded, created as topics appear in the graph."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final

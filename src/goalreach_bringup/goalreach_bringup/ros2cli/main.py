@@ -1,7 +1,5 @@
 """The `ros2` command line."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import sys

@@ -1,7 +1,5 @@
 """Messages from values in YAML."""
 
-from __future__ import annotations
-
 import array
 from collections.abc import Callable
 import re

@@ -1,7 +1,5 @@
 """Messages as the text that `ros2 topic echo` prints: YAML, or comma-separated values."""
 
-from __future__ import annotations
-
 import array
 from dataclasses import dataclass
 import re

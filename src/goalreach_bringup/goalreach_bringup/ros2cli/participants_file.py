@@ -4,8 +4,6 @@ A lost announcement is repeated only seconds later: a tool that lists the graph 
 has not seen all of it yet.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Statistics of arriving messages over a sliding window, as `ros2 topic` words them."""
 
-from __future__ import annotations
-
 from collections import deque
 import statistics
 

@@ -1,7 +1,5 @@
 """`ros2 interface`: the types of messages, services and actions that are installed."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 import os

@@ -1,7 +1,5 @@
 """What `ros2 topic` and `ros2 service` share: `list`, `find`, `type` and `info`."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from typing import Any

@@ -1,7 +1,5 @@
 """`ros2 param`: the parameters of the nodes."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 import sys

@@ -1,7 +1,5 @@
 """Quality of service: options of `ros2 topic`, and profiles compatible with the publishers."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """`ros2 service`: its verbs; calls services and shows their events."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """A hidden node through which a `ros2` command inspects the running graph."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """`ros2 topic`: its verbs."""
 
-from __future__ import annotations
-
 import argparse
 
 from goalreach_bringup.ros2cli.arguments import add

@@ -1,7 +1,5 @@
 """`ros2 topic echo`: what goes over a topic, as text."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from typing import Any, Final

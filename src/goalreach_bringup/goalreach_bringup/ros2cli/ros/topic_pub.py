@@ -1,7 +1,5 @@
 """`ros2 topic pub`: publishes messages given on the command line."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """`ros2 topic hz`, `bw` and `delay`: rate, bandwidth and delay of the messages of a topic."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from typing import Any, Final
