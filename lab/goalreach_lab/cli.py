@@ -20,6 +20,7 @@ SUMMARY = 'Benchmarks against floors and peers of the same run, and the studies 
 
 SUITES: Final[Mapping[str, str]] = {
     'performance': 'speed.suite',
+    'abroad': 'abroad.suite',
     'driving': 'reproduction.driving',
     'faults': 'faults.suite',
     'frames': 'speed.driving',

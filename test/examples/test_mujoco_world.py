@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import argparse
 import ast
+from functools import partial
 import importlib.util
 import math
+from pathlib import Path
+import subprocess
+import sys
 from typing import Any
 
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
+from sensor_msgs.msg import Image, JointState
 
 from goalreach_lab.abroad.ros_drive import WORLD, drive
 from goalreach_msgs_py.arena import Arena
@@ -110,6 +116,34 @@ def test_the_differential_base_turns_by_its_wheels(world: Any) -> None:
     assert 0.3 < counted < 0.5
     assert turned == pytest.approx(counted, abs=0.03)
     assert robot.render().shape == (720, 1280)
+
+
+@pytest.mark.graph
+@pytest.mark.usefixtures('world')
+def test_sensors_have_clocks_of_their_own(tmp_path: Path) -> None:
+    flags = ('--odom-hz', '50', '--joints-hz', '40', '--jitter-ms', '3', '--delay-ms', '15')
+    domain = graphs.fresh_domain()
+    environment = graphs.graph_environment(domain, tmp_path)
+    process = subprocess.Popen([sys.executable, str(WORLD), *flags], env=environment)
+    kinds = {'/odom': Odometry, '/joint_states': JointState, '/camera/image_raw': Image}
+    stamps: dict[str, list[int]] = {topic: [] for topic in kinds}
+    try:
+        with graphs.onlooker(domain) as (node, serve_until):
+            for topic, kind in kinds.items():
+                node.create_subscription(kind, topic, partial(_keep, stamps[topic]), 50)
+            assert serve_until(lambda: all(len(kept) >= 25 for kept in stamps.values()), 60.0)
+    finally:
+        process.terminate()
+        assert process.wait(20.0) == 0
+    for topic, period_ms in zip(kinds, (20.0, 25.0, 40.0), strict=True):
+        periods_ms = np.diff(stamps[topic]) / 1e6
+        assert np.median(periods_ms) == pytest.approx(period_ms, abs=3.0)
+        assert np.ptp(periods_ms) > 0
+    assert not set(stamps['/camera/image_raw']) <= set(stamps['/odom'])
+
+
+def _keep(kept: list[int], message: Any) -> None:
+    kept.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
 
 
 @pytest.mark.graph

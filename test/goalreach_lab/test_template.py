@@ -48,6 +48,7 @@ def test_a_table_by_hand() -> None:
 @pytest.mark.parametrize(
     ('template', 'document'),
     [
+        ('abroad/abroad.md', 'docs/ABROAD.md'),
         ('faults/faults.md', 'docs/FAULTS.md'),
         ('localization/localization.md', 'docs/LOCALIZATION.md'),
         ('reproduction/reproduction.md', 'REPRODUCTION.md'),

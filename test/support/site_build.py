@@ -44,6 +44,7 @@ NAVIGATION: Mapping[str, Sequence[str]] = {
         'The paper, measured <REPRODUCTION>',
         'Localization <LOCALIZATION>',
         'Faults <FAULTS>',
+        'In a world that is not ours <ABROAD>',
         'Robustness <ROBUSTNESS>',
         'Performance <PERFORMANCE>',
     ),

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 import math
-import os
 from pathlib import Path
-import subprocess
-import sys
-import tempfile
 import time
 from typing import Any, Final
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import rclpy
 
-from goalreach_bringup.launch.environment import graph_environment
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import plan_parameters
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_evaluation.starts import RunSeeds
 from goalreach_lab.localization.frame_log import pose_error, pose_nees
-from goalreach_lab.rigs.stack import free_domains, wait_or_kill
+from goalreach_lab.rigs.graph_test_rig import GraphTestRig
 from goalreach_learning.policy_file import find_policy, read_policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.diagnostic_messages import state_from_raw
@@ -83,14 +78,10 @@ def drive(
         starts: The starts.
         seed: Seed of the world's errors of construction.
     """
-    domain = free_domains(1)[0]
     done: list[dict[str, Any]] = []
     use_profile(fast_dds_profile())
-    with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
-        environment = graph_environment({**os.environ, 'ROS_DOMAIN_ID': str(domain)}, Path(folder))
-        commands = _commands(world, told, starts, seed, folder)
-        nodes = [subprocess.Popen([sys.executable, *c], env=environment) for c in commands]
-        rclpy.init(args=[], domain_id=domain)
+    with GraphTestRig.open() as rig, rig.run(_commands(world, told, starts, seed, rig.folder)):
+        rclpy.init(args=[], domain_id=rig.domain)
         try:
             monitor: _Monitor = _Monitor(
                 starts=starts,
@@ -105,26 +96,17 @@ def drive(
                 monitor.errors = []
         finally:
             rclpy.try_shutdown()
-            for node in nodes:
-                node.terminate()
-            for node in nodes:
-                wait_or_kill(node, 10.0)
 
 
 def _commands(
-    world: Sequence[str], told: NodeParameters, starts: Sequence[Pose2], seed: int, folder: str
+    world: Sequence[str], told: NodeParameters, starts: Sequence[Pose2], seed: int, folder: Path
 ) -> list[tuple[str, ...]]:
-    """Return the Python command of each node; write its parameters."""
+    """Return the Python command line of each node; write its parameters."""
     options = RunOptions(seed=seed, clock='lockstep', start_poses=tuple(starts), paths=len(starts))
+    seeds, policy, path = RunSeeds.spawn(seed), str(find_policy('paper')), folder / 'nodes.yaml'
     planned = plan_parameters(
-        options,
-        arena=Arena(),
-        starts=starts,
-        policy_path=str(find_policy('paper')),
-        seeds=RunSeeds.spawn(seed),
-        user={},
+        options, arena=Arena(), starts=starts, policy_path=policy, seeds=seeds, user={}
     )
-    path = f'{folder}/parameters.yaml'
     write_parameters(path, merge_parameters(planned, told))
-    ours = [('-m', module, '--ros-args', '--params-file', path) for module in _NODES]
+    ours = [('-m', module, '--ros-args', '--params-file', str(path)) for module in _NODES]
     return [(str(WORLD), '--lockstep', '--seed', str(seed), *world), *ours]

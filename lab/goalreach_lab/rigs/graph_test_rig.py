@@ -28,14 +28,16 @@ class GraphTestRig:
     """A ROS domain of its own, in which graphs are run and measured.
 
     Attributes:
+        folder: Folder of its logs.
+        domain: Its ROS domain.
         began_s: Time of the monotonic clock at which the last graph was started.
     """
 
     def __init__(self, folder: Path) -> None:
         """Find a domain that no stack uses."""
-        self._folder = folder
-        self._domain = free_domains(1)[0]
-        base = {**os.environ, 'ROS_DOMAIN_ID': str(self._domain)}
+        self.folder = folder
+        self.domain = free_domains(1)[0]
+        base = {**os.environ, 'ROS_DOMAIN_ID': str(self.domain)}
         self._environment = graph_environment(base, folder)
         self.began_s = 0.0
 
@@ -58,17 +60,18 @@ class GraphTestRig:
             The process ids.
         """
         groups: list[Sequence[str]] = [NODES] if composed else [(name,) for name in NODES]
-        with self._run([(_RELAY, kind, *names) for names in groups]) as pids:
+        with self.run([('-m', _RELAY, kind, *names) for names in groups]) as pids:
             yield pids
 
     @contextmanager
     def bare_nodes(self) -> Iterator[list[int]]:
         """Run four nodes that only import rclpy; yield their process ids."""
-        with self._run([(_BARE, name) for name in NODES]) as pids:
+        with self.run([('-m', _BARE, name) for name in NODES]) as pids:
             yield pids
 
     @contextmanager
-    def _run(self, commands: Sequence[Sequence[str]]) -> Iterator[list[int]]:
+    def run(self, commands: Sequence[Sequence[str]]) -> Iterator[list[int]]:
+        """Run Python with each of some command lines; yield the process ids."""
         self.began_s = time.monotonic()
         processes = [self._start(*command) for command in commands]
         try:
@@ -88,7 +91,7 @@ class GraphTestRig:
         """
         self.began_s = time.monotonic()
         stack = Stack(
-            ['--no-dashboard', *arguments], domain=self._domain, log_directory=self._folder
+            ['--no-dashboard', *arguments], domain=self.domain, log_directory=self.folder
         )
         try:
             yield stack
@@ -100,7 +103,7 @@ class GraphTestRig:
     @contextmanager
     def probe(self, kind: str, number: float = 0.0) -> Iterator[Probe]:
         """Measure a graph that runs, or will run, in the domain; see `ros_probe`."""
-        process = self._start(_PROBE, kind, str(number))
+        process = self._start('-m', _PROBE, kind, str(number))
         try:
             yield Probe(process)
         finally:
@@ -111,9 +114,9 @@ class GraphTestRig:
         with self.probe(kind, number) as probe:
             return probe.read()
 
-    def _start(self, module: str, *arguments: str) -> subprocess.Popen[str]:
+    def _start(self, *words: str) -> subprocess.Popen[str]:
         return subprocess.Popen(
-            [sys.executable, '-m', module, *arguments],
+            [sys.executable, *words],
             env=self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,

@@ -1,0 +1,109 @@
+"""The abroad suite: our nodes in the MuJoCo world, case by case; docs/ABROAD.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from goalreach_lab.options import DocumentOptions
+from goalreach_lab.row import BenchRow
+from goalreach_lab.study import Case, Result, Study, run_study
+from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.files import read_yaml
+from goalreach_msgs_py.options import option
+from goalreach_msgs_py.topics import LOCALIZER
+
+SUMMARY = 'Drive in a world that shares no code with ours: examples/mujoco_world'
+
+_STARTS: Final = {'border': 'paper', 'random': 'random:22'}
+_OUTCOMES: Final = ('goal', 'false-goal', 'bump', 'timeout', 'silent')
+NEES_95: Final = 7.81
+"""Exceeded by 5 % of consistent estimates: chi-square, 3 degrees of freedom."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(DocumentOptions):
+    """Options of the suite."""
+
+    case: tuple[str, ...] = option((), 'cases of cases.yaml (default: all)', metavar='CASE')
+    starts: str = option('border', 'where paths begin', choices=tuple(_STARTS))
+    paths: int = option(4, 'paths of each case', minimum=1, maximum=22)
+
+
+def execute(options: Options) -> list[BenchRow]:
+    """Drive what is not driven yet; write the document and, beside it, the figure of the paths.
+
+    Raises:
+        GoalreachError: An option is refused or a file cannot be read or written.
+    """
+    known = read_yaml(Path(__file__).with_name('cases.yaml'))
+    if unknown := set(options.case).difference(known):
+        raise ConfigurationError('--case', min(unknown), f'one of {", ".join(known)}')
+    study = Study(
+        name='abroad',
+        key=('case', 'starts', 'number'),
+        cases=[
+            {'case': case, 'starts': options.starts, 'number': (9 * path + 8) % 22}
+            for case in options.case or known
+            for path in range(options.paths)
+        ],
+        measure=partial(_measure, known, options.seed),
+        settings={'seed': options.seed},
+    )
+    results = run_study(study, options.results, measure=not options.as_it_is)
+    if options.out is not None:
+        _write(results, known, options, options.out)
+    wrong = sum(path['outcome'] in {'false-goal', 'bump'} for path in results)
+    return [BenchRow.none_allowed('false goals and bumps', wrong, n=len(results))]
+
+
+def _measure(known: Any, seed: int, cases: Sequence[Case]) -> Iterator[tuple[Case, Result]]:
+    """Drive cases; all paths of one that follow one another are driven in one graph."""
+    from goalreach_evaluation.starts import choose_starts
+    from goalreach_lab.abroad.ros_drive import drive
+
+    for name, group in groupby(cases, lambda one: one['case']):
+        paths, case = list(group), known[name]
+        drawn = {kind: choose_starts(word, Arena(), seed) for kind, word in _STARTS.items()}
+        starts = [drawn[path['starts']][path['number']] for path in paths]
+        driven = drive(case['world'].split(), {LOCALIZER: case.get('told', {})}, starts, seed=seed)
+        yield from zip(paths, driven, strict=True)
+
+
+def cells(paths: Sequence[Result]) -> list[str]:
+    """Return the cells of a case: outcomes, position (in), NEES, share above (%), time (s)."""
+    outcomes = [path['outcome'] for path in paths]
+    times_s = [path['duration_s'] for path in paths if path['outcome'] == 'goal'] or [np.nan]
+    errors = [error for path in paths for error in path['errors']] or [(np.nan, np.nan)]
+    position_m, nees = np.array(errors).T
+    p95_in, above = np.percentile(position_m, 95) / INCH_M, 100 * np.mean(nees > NEES_95)
+    figures = {'.2f': p95_in, '.3g': nees.mean(), '.0f': above, '.1f': np.median(times_s)}
+    counts = ' / '.join(str(outcomes.count(kind)) for kind in _OUTCOMES)
+    known = not np.isnan(p95_in)
+    return [counts, *(format(value, f) if known else '-' for f, value in figures.items())]
+
+
+def _write(results: Sequence[Result], known: Any, options: Options, out: Path) -> None:
+    from goalreach_evaluation.figures.figure_file import write_figure
+    from goalreach_evaluation.figures.paper_figures import recorded_paths
+    from goalreach_evaluation.summary_file import RecordedPath
+    from goalreach_lab.template import write_document
+
+    traces = [(path['trace'], path['outcome']) for path in results if 'trace' in path]
+    paths = [RecordedPath(points_m=np.array(trace), outcome=end) for trace, end in traces]
+    figure = recorded_paths(Arena(), paths, 'fuzzy, MuJoCo world')
+    write_figure(figure, out.parent / 'figures', 'abroad_paths')
+    lines = [
+        f'| {name} | {known[name]["world"]} | {" | ".join(cells(list(group)))} |'
+        for name, group in groupby(results, lambda one: one['case'])
+    ]
+    values = {'seed': options.seed, 'starts': options.starts, 'lines': '\n'.join(lines)}
+    write_document(out, Path(__file__).with_name('abroad.md'), values)
