@@ -68,6 +68,16 @@ def test_every_document_and_notebook_is_a_page(site: Path) -> None:
         assert path.suffix == '.md' or list(site.glob(f'_downloads/*/{path.name}'))
 
 
+def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'mine.txt').touch()
+    command = [sys.executable, str(ROOT / 'scripts' / 'docs.py'), '--out', str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 2
+    assert done.stderr.endswith('must be a new or empty folder, or one that holds this site\n')
+    assert [path.name for path in tmp_path.iterdir()] == ['mine.txt']
+
+
 def test_every_page_is_in_the_navigation(site: Path, pages: list[Path]) -> None:
     sidebar = (site / 'index.html').read_text()
     listed = {

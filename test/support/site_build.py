@@ -65,11 +65,18 @@ def main(arguments: Sequence[str]) -> int:
         prog='docs.py', description='Build the documentation as a site that needs no network.'
     )
     parser.add_argument('--out', metavar='DIR', type=Path, default=ROOT / 'site')
-    out = parser.parse_args(arguments).out
+    out: Path = parser.parse_args(arguments).out
+    if out.exists() and not _is_ours(out):
+        parser.error(f'--out {out}: must be a new or empty folder, or one that holds this site')
     status = build(out)
     if status == 0:
         print(f'{out / "index.html"} is the first page')
     return status
+
+
+def _is_ours(folder: Path) -> bool:
+    """Tell whether a folder is empty or holds a site of Sphinx."""
+    return folder.is_dir() and ((folder / '.buildinfo').is_file() or not any(folder.iterdir()))
 
 
 def build(out: Path) -> int:

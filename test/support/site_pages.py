@@ -21,6 +21,7 @@ DOCUMENTS = ('ARCHITECTURE', 'CHANGELOG', 'CONTRIBUTING', 'REPRODUCTION', 'SECUR
 _LINK = re.compile(r'(?<!!)\[([^\]]*)\]\((?![a-z]+:|#)([^)\s#]+)(#[^)]*)?\)')
 _CODE = re.compile(r'(^```.*?^```$|`[^`\n]+`)', re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r'\${1,2}([^$]+)\${1,2}')
+_FORMULA_PT = 12.5
 _MERMAID = re.compile(r'^```mermaid\n.*?^```$', re.MULTILINE | re.DOTALL)
 _UNDRAWN = re.compile(r'\\big[lr]')  # sizes of brackets, which matplotlib does not know
 
@@ -82,10 +83,13 @@ def _cell(cell: Mapping[str, Any]) -> str:
 
 def formula(tex: str) -> str:
     """Return a formula as an image within the page."""
-    from matplotlib import mathtext
+    from matplotlib import mathtext, rc_context
+    from matplotlib.font_manager import FontProperties
 
     file = io.BytesIO()
-    mathtext.math_to_image(f'${_UNDRAWN.sub("", tex)}$', file, format='svg')
+    shown = _UNDRAWN.sub('', tex).replace(r'\frac', r'\dfrac')
+    with rc_context({'savefig.transparent': True}):
+        mathtext.math_to_image(f'${shown}$', file, FontProperties(size=_FORMULA_PT), format='svg')
     data = base64.b64encode(file.getvalue()).decode()
     plain = re.sub(r'[\\"{}]', ' ', tex)
     return f'<img class="formula" alt="{plain}" src="data:image/svg+xml;base64,{data}">'
