@@ -153,12 +153,13 @@ def test_invalid_inputs_are_refused_and_the_next_good_one_is_used(
     change: dict[str, object], reason: str
 ) -> None:
     localizer, frame = started(), first_frame()
-    good = process(localizer, frame, time_ns=1000)
+    process(localizer, frame, time_ns=1000)
+    command = localizer.head_command
     refused = process(localizer, frame, **{'time_ns': 2000, **change})
     assert refused.mode == 'refused'
     assert refused.reason.startswith(reason)
     assert not is_good(refused)
-    assert refused.head_command == good.head_command
+    assert localizer.head_command == command
     again = process(localizer, frame, time_ns=3000)
     assert again.mode == 'tracking'
     assert again.counters.refused == 1

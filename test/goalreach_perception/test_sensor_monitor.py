@@ -27,7 +27,6 @@ def reported(
     output = LocalizerOutput(
         estimate=PoseEstimate(pose=POSE, covariance=1e-4 * np.eye(3)),
         landmarks=(SEEN if seen else None, SEEN, SEEN),
-        head_command=HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0),
         mode='tracking',
         reason='',
         counters=LocalizerCounters(),

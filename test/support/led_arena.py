@@ -99,7 +99,7 @@ class Drive:
                 joints=frame.joints,
                 odometry=frame.odometry,
             )
-            self.simulator.command_head(output.head_command)
+            self.simulator.command_head(self.localizer.head_command)
             self.simulator.command_drive(self._steer(frame.truth.pose, output.mode))
             yield Step(frame, output)
 

@@ -173,7 +173,7 @@ def localizer_reader() -> Reader:
                 odometry=odometry.pose, output=output,
             )  # fmt: skip
         require_finite(output.estimate, 'estimate')
-        require_finite(output.head_command, 'head')
+        require_finite(localizer.head_command, 'head')
         return output
 
     return Reader(name='localizer, from messages', attempt=attempt)

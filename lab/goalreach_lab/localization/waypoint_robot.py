@@ -92,7 +92,7 @@ class WaypointRobot:
         self.simulator.advance()
         frame = self.simulator.sense()
         output = self.localize(frame)
-        self.simulator.command_head(output.head_command)
+        self.simulator.command_head(self.localizer.head_command)
         tracking = output.mode == 'tracking'
         self.simulator.command_drive(self._steer(output.estimate.pose) if tracking else _STOP)
         return Step(frame=frame, output=output)

@@ -143,7 +143,7 @@ class InProcessDrive:
             ended = frame.result is not None
             if not ended:
                 self._simulator.command_drive(frame.command)
-                self._simulator.command_head(frame.localization.head_command)
+                self._simulator.command_head(self._localizer.head_command)
 
     def _next_frame(self, meter: PathMeter) -> DriveFrame:
         """Simulate one camera period and compute the command for the next."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from typing import Any
 
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
@@ -51,6 +52,12 @@ from goalreach_perception.sensor_monitor import SensorMonitor
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
+_FROM_RAW: dict[str, Callable[[bytes], object]] = {
+    IMAGE: image_from_raw,
+    CAMERA_INFO: camera_from_raw,
+    JOINT_STATES: head_from_raw,
+    ODOM: odometry_from_raw,
+}
 
 
 class LandmarkLocalizerNode(Node):
@@ -90,26 +97,29 @@ class LandmarkLocalizerNode(Node):
             subscribe_raw(self, message_type, topic, self._collector(topic), qos)
 
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
+        from_raw = _FROM_RAW[topic]
+
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.received(topic, stamp_ns)
-            inputs = self._inputs.add(topic, stamp_ns, raw)
+            try:
+                value = from_raw(raw)
+            except MessageError as error:
+                line = f'input refused: {error}'
+                self.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
+                self._diagnostics.tick(stamp_ns, line, dict, ok=False)
+                return
+            inputs = self._inputs.add(topic, stamp_ns, value)
             if inputs is not None and self._reply.begin(stamp_ns):
                 self._process(stamp_ns, inputs)
 
         return collect
 
-    def _process(self, stamp_ns: int, inputs: Mapping[str, bytes]) -> None:
-        try:
-            image, camera = image_from_raw(inputs[IMAGE]), camera_from_raw(inputs[CAMERA_INFO])
-            joints, odometry = head_from_raw(inputs[JOINT_STATES]), odometry_from_raw(inputs[ODOM])
-            output = self._localizer.process(
-                time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
-            )
-        except MessageError as error:
-            line = f'input refused: {error}'
-            self.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
-            self._diagnostics.tick(stamp_ns, line, dict, ok=False)
-            return
+    def _process(self, stamp_ns: int, inputs: Mapping[str, Any]) -> None:
+        image, camera, joints = inputs[IMAGE], inputs[CAMERA_INFO], inputs[JOINT_STATES]
+        odometry = inputs[ODOM]
+        output = self._localizer.process(
+            time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
+        )
         self._publish(stamp_ns, output)
         if output.mode == 'refused':
             line = f'refused: {output.reason}'
@@ -134,7 +144,7 @@ class LandmarkLocalizerNode(Node):
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
         self._reply.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
-        self._reply.send(self._head, head_to_raw(output.head_command, stamp_ns))
+        self._reply.send(self._head, head_to_raw(self._localizer.head_command, stamp_ns))
         self._reply.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
         if self._markers.get_subscription_count():
             self._markers.publish(image_markers(output.landmarks, stamp_ns))

@@ -99,7 +99,7 @@ def find_predicted(
     leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
     spots = detector.in_windows(image, centres, halves)
     pixels = optics.undistort(spots.pixels_px)
-    near = _near(prediction, leds, spots, pixels, gate)
+    near = _near(prediction, leds, spots, pixels.tolist(), gate)
     rows = [row for row in range(len(leds)) if spots.bright[row] and row not in near]
     if rows:
         others = detector.in_windows(
@@ -111,10 +111,11 @@ def find_predicted(
         spots = spots.concatenated(others)
         pixels = optics.undistort(spots.pixels_px)
         leds += [leds[row] for row in rows]
-        near = _near(prediction, leds, spots, pixels, gate)
+        near = _near(prediction, leds, spots, pixels.tolist(), gate)
     near = _apart(near, pixels)
-    assigned = np.array([leds[row] for row in near], dtype=np.intp)
-    return MatchedLeds(assigned, spots.select(near), pixels[near], expected)
+    if len(near) < len(leds):
+        leds, spots, pixels = [leds[row] for row in near], spots.select(near), pixels[near]
+    return MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
 
 
 def _windows(
@@ -141,19 +142,23 @@ def _windows(
 
 
 def _near(
-    prediction: Prediction, leds: list[int], spots: Spots, pixels_px: FloatArray, gate: float
+    prediction: Prediction,
+    leds: list[int],
+    spots: Spots,
+    pixels_px: list[list[float]],
+    gate: float,
 ) -> list[int]:
     """Return the rows of the LED-like spots within the gate."""
     covariance, expected = prediction.covariance.tolist(), prediction.pixels_px.tolist()
-    pixels, sigmas = pixels_px.tolist(), spots.sigmas_px.tolist()
     rows: list[int] = []
-    for row, (led, good) in enumerate(zip(leds, spots.led_like, strict=True)):
+    measured = zip(leds, spots.led_like, pixels_px, spots.sigmas_px.tolist(), strict=True)
+    for row, (led, good, (u, v), sigma) in enumerate(measured):
         if not good:
             continue
         along, down = covariance[2 * led], covariance[2 * led + 1]
-        variance = sigmas[row] ** 2
+        variance = sigma**2
         uu, uv, vv = along[2 * led] + variance, along[2 * led + 1], down[2 * led + 1] + variance
-        du, dv = pixels[row][0] - expected[led][0], pixels[row][1] - expected[led][1]
+        du, dv = u - expected[led][0], v - expected[led][1]
         distance2 = (vv * du * du - 2.0 * uv * du * dv + uu * dv * dv) / (uu * vv - uv * uv)
         if distance2 <= gate:
             rows.append(row)
@@ -162,9 +167,10 @@ def _near(
 
 def _apart(rows: list[int], pixels_px: FloatArray) -> list[int]:
     """Return the rows whose spot is not the spot of another row too."""
-    places = [pixels_px[row].tolist() for row in rows]
+    places = pixels_px.tolist()
     merged: set[int] = set()
-    for (one, (u1, v1)), (other, (u2, v2)) in combinations(zip(rows, places, strict=True), 2):
+    for one, other in combinations(rows, 2):
+        (u1, v1), (u2, v2) = places[one], places[other]
         if math.hypot(u1 - u2, v1 - v2) <= _MERGED_PX:
             merged |= {one, other}
     return [row for row in rows if row not in merged] if merged else rows

@@ -61,6 +61,8 @@ class LandmarkLocalizer:
         self._optics: Optics | None = None
         self._last: tuple[int, Pose2] | None = None
         self._output: LocalizerOutput | None = None
+        self._head_command = _REST
+        self._aim_from: tuple[HeadAngles, Optics] | None = None
         self._frozen = FrozenImageDetector()
         self._uniform = uniform_estimate(config.arena_width_m, config.arena_length_m)
 
@@ -104,8 +106,21 @@ class LandmarkLocalizer:
         matched = self._track(image, joints, self._optics) if tracking else None
         if self._monitor.may_reacquire:
             matched = self._acquire(image, joints, odometry.pose, self._optics) or matched
-        self._output = self._make_output(matched, joints, self._optics)
+        self._aim_from = (joints, self._optics)
+        self._output = self._make_output(matched)
         return self._output
+
+    @property
+    def head_command(self) -> HeadAngles:
+        """Joint targets that follow from the last valid image; zero before the first.
+
+        Computed when first read, which may be after the pose has been published. Read it once
+        for each image: the tracker compares one image with the one before.
+        """
+        if self._aim_from is not None:
+            self._head_command = self._aim(*self._aim_from)
+            self._aim_from = None
+        return self._head_command
 
     def _refuse(self, fault: str) -> LocalizerOutput:
         """Return the output for an invalid input; the filter stays unchanged."""
@@ -113,7 +128,6 @@ class LandmarkLocalizer:
         return LocalizerOutput(
             estimate=self._uniform,
             landmarks=observations(None, len(self._filter.leds_m)),
-            head_command=_REST if self._output is None else self._output.head_command,
             mode=Mode.REFUSED.value,
             reason=fault,
             counters=LocalizerCounters(**self._counts),
@@ -214,29 +228,29 @@ class LandmarkLocalizer:
         prediction = self._filter.predict_leds(optics.lens, joints, solved=True)
         self._filter.correct(prediction, *matched.measured)
 
-    def _make_output(
-        self, matched: MatchedLeds | None, joints: HeadAngles, optics: Optics
-    ) -> LocalizerOutput:
+    def _aim(self, joints: HeadAngles, optics: Optics) -> HeadAngles:
+        """Return joint targets by the estimate of the last image."""
+        state = self._filter
+        if self._monitor.mode is Mode.SEARCHING:
+            return self._head.search(joints)
+        return self._head.track(
+            joints,
+            heading_rad=float(state.mean[HEADING]),
+            offsets_m=state.led_offsets_m,
+            biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
+            lens=optics.lens,
+            hold=self._monitor.unconfirmed_leds,
+        )
+
+    def _make_output(self, matched: MatchedLeds | None) -> LocalizerOutput:
         """Compose the output."""
         state, mode = self._filter, self._monitor.mode
         estimate = self._uniform
         if mode is Mode.TRACKING:
             estimate = PoseEstimate(pose=state.pose, covariance=state.pose_covariance)
-        if mode is Mode.SEARCHING:
-            command = self._head.search(joints)
-        else:
-            command = self._head.track(
-                joints,
-                heading_rad=float(state.mean[HEADING]),
-                offsets_m=state.led_offsets_m,
-                biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
-                lens=optics.lens,
-                hold=self._monitor.unconfirmed_leds,
-            )
         return LocalizerOutput(
             estimate=estimate,
             landmarks=observations(matched, len(state.leds_m)),
-            head_command=command,
             mode=mode.value,
             reason=self._monitor.reason,
             counters=LocalizerCounters(**self._counts),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
+from goalreach_msgs_py.values import LandmarkObservation, Pose2, PoseEstimate
 from goalreach_perception.landmark_tracking import MatchedLeds
 
 
@@ -34,12 +34,11 @@ class LocalizerCounters(NamedTuple):
 
 
 class LocalizerOutput(NamedTuple):
-    """Pose, landmarks and head command for one image.
+    """Pose and landmarks of one image.
 
     Attributes:
         estimate: The pose in `map`; without one, the uniform distribution over the arena.
         landmarks: One entry per LED; None if it was not detected.
-        head_command: Joint targets.
         mode: 'searching', 'confirming' (a pose from one image, to be confirmed by more),
             'tracking', 'doubtful' (predicted LEDs are not detected) or 'refused' (invalid input).
         reason: Why the mode is not 'tracking'; empty while it is.
@@ -48,7 +47,6 @@ class LocalizerOutput(NamedTuple):
 
     estimate: PoseEstimate
     landmarks: tuple[LandmarkObservation | None, ...]
-    head_command: HeadAngles
     mode: str
     reason: str
     counters: LocalizerCounters

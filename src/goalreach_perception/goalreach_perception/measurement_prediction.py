@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.measurement_model import LEDS, MINIMUM_DEPTH_M
+from goalreach_perception.measurement_model import MINIMUM_DEPTH_M
 
 _AXES = np.array([0, 1])
 
@@ -66,9 +66,9 @@ def predict_leds(
     (ca, ct), (sa, st) = map(math.cos, axis_rad), map(math.sin, axis_rad)
     fx, fy, cx, cy = intrinsics_px
     pixels, rows, by_head, depths = array('d'), array('d'), array('d'), list[float]()
-    size = LEDS + 3 * len(offsets_m)
-    columns = range(LEDS, size, 3)
-    for column, (dx, dy, dz), first in zip(columns, offsets_m, first_m, strict=True):
+    zeros = (0.0,) * (3 * len(offsets_m))
+    for led, ((dx, dy, dz), first) in enumerate(zip(offsets_m, first_m, strict=True)):
+        around = zeros[: 3 * led], zeros[3 * led + 3 :]
         forward = ca * dx + sa * dy
         depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
         su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
@@ -77,8 +77,8 @@ def predict_leds(
         vx, vy, vz = kv * ca * rise, kv * sa * rise, -kv * (ct + sv * st)
         ray_u, ray_v = fx * su, fy * sv
         tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy
-        rows.extend(_state_row(size, column, (ux, uy, uz), first, by_tilt=tilt_u, by_focal=ray_u))
-        rows.extend(_state_row(size, column, (vx, vy, vz), first, by_tilt=tilt_v, by_focal=ray_v))
+        rows.extend(_state_row((ux, uy, uz), first, tilt_u, ray_u, around))
+        rows.extend(_state_row((vx, vy, vz), first, tilt_v, ray_v, around))
         by_head.extend((ux * dy - uy * dx, tilt_u, vx * dy - vy * dx, tilt_v))
         pixels.extend((cx + ray_u, cy + ray_v))
         depths.append(depth)
@@ -87,20 +87,19 @@ def predict_leds(
 
 
 def _state_row(
-    size: int,
-    column: int,
     by_led: tuple[float, float, float],
     first_m: Sequence[float],
-    *,
     by_tilt: float,
     by_focal: float,
-) -> list[float]:
-    """Return the derivative of u or v by the state; the LED's coordinates begin at `column`."""
-    (x, y, z), (tx, ty, tz) = by_led, first_m
+    around: tuple[tuple[float, ...], tuple[float, ...]],
+) -> tuple[float, ...]:
+    """Return the derivative of u or v by the state, given that by the LED.
+
+    `around` holds the zeros of the LEDs before this one and after it.
+    """
+    (x, y, z), (tx, ty, tz), (before, after) = by_led, first_m, around
     turn, scale = x * ty - y * tx, -(x * tx + y * ty + z * tz)
-    row = [-x, -y, turn, turn, by_tilt, scale, 0.0, -z, by_focal, *([0.0] * (size - LEDS))]
-    row[column : column + 3] = by_led
-    return row
+    return (-x, -y, turn, turn, by_tilt, scale, 0.0, -z, by_focal, *before, x, y, z, *after)
 
 
 def _pairs(numbers: array[float]) -> FloatArray:
