@@ -147,16 +147,17 @@ class GoalReachingControllerNode(Node):
             self._subscription.run(lambda: self._begin_next_path(stamp_ns))
             return
         step = self._controller.step(time_ns=stamp_ns, state=state, bumped=bumped)
-        self._report(stamp_ns, state)
         if step.policy_changed:
             self._reply.send(self._q_table, q_table_to_raw(self._controller.policy.q))
         if step.transition is not None:
             self._reply.send(self._transitions, transition_to_raw(step.transition, stamp_ns))
             if step.transition.outcome is not None:
+                self._report(stamp_ns, state)
                 self._save_policy(step.transition.path)
                 self._begin_next_path(stamp_ns)
                 return
         self._command(step.command, stamp_ns)
+        self._report(stamp_ns, state)
 
     def _command(self, twist: Twist2, stamp_ns: int) -> None:
         self._reply.send(self._drive, twist_to_raw(twist, stamp_ns))
