@@ -84,11 +84,13 @@ def cells(paths: Sequence[Result]) -> list[str]:
     times_s = [path['duration_s'] for path in paths if path['outcome'] == 'goal'] or [np.nan]
     errors = [error for path in paths for error in path['errors']] or [(np.nan, np.nan)]
     position_m, nees = np.array(errors).T
-    p95_in, above = np.percentile(position_m, 95) / INCH_M, 100 * np.mean(nees > NEES_95)
+    p95_in, above = (
+        np.percentile(position_m, 95) / INCH_M,
+        100 * np.mean(np.heaviside(nees - NEES_95, 0)),
+    )
     figures = {'.2f': p95_in, '.3g': nees.mean(), '.0f': above, '.1f': np.median(times_s)}
     counts = ' / '.join(str(outcomes.count(kind)) for kind in _OUTCOMES)
-    known = not np.isnan(p95_in)
-    return [counts, *(format(value, f) if known else '-' for f, value in figures.items())]
+    return [counts, *('-' if np.isnan(x) else format(x, f) for f, x in figures.items())]
 
 
 def _write(results: Sequence[Result], known: Any, options: Options, out: Path) -> None:

@@ -19,6 +19,8 @@ def test_the_cells_of_a_case_by_hand() -> None:
 
 def test_a_case_without_a_pose_has_only_outcomes() -> None:
     assert cells([SILENT]) == ['0 / 0 / 0 / 0 / 1', '-', '-', '-', '-']
+    lost = {**GOAL, 'outcome': 'timeout'}
+    assert cells([lost]) == ['0 / 0 / 0 / 1 / 0', '1.00', '6', '50', '-']
 
 
 def test_the_document_holds_what_was_driven_so_far(tmp_path: Path) -> None:
