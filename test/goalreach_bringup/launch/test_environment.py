@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from goalreach_bringup.launch.environment import graph_environment
+from goalreach_bringup.launch.environment import graph_environment, make_run_directory
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
 
 ADDRESS = './/{*}interfaceWhiteList/{*}address'
@@ -31,3 +31,23 @@ def test_opening_says_what_it_exposes(monkeypatch: pytest.MonkeyPatch, tmp_path:
 def test_a_profile_of_the_person_is_kept(tmp_path: Path) -> None:
     assert graph_environment({VARIABLE: 'mine'}, tmp_path)[VARIABLE] == 'mine'
     assert graph_environment({}, tmp_path)[VARIABLE] == fast_dds_profile()
+
+
+@pytest.mark.parametrize('variable', ['ROS_LOG_DIR', 'ROS_HOME', 'HOME'])
+def test_the_logs_of_the_last_twenty_runs_are_kept(
+    variable: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in ('ROS_LOG_DIR', 'ROS_HOME'):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(variable, str(tmp_path))
+    logs = tmp_path / {'ROS_LOG_DIR': '.', 'ROS_HOME': 'log', 'HOME': '.ros/log'}[variable]
+    ended = [f'goalreach-2020-01-01-00-00-{second:02}-99999999' for second in range(30)]
+    running = f'goalreach-2019-01-01-00-00-00-{os.getpid()}'
+    others = ['goalreach-notes', 'goalreach-2019-01-01-1', 'python3_1_2019']
+    for name in [*ended, running, *others]:
+        (logs / name).mkdir(parents=True)
+        (logs / name / 'nomad200.log').touch()
+
+    new = make_run_directory()
+
+    assert {path.name for path in logs.iterdir()} == {new.name, running, *others, *ended[-19:]}

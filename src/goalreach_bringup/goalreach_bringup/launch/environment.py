@@ -7,6 +7,7 @@ import fcntl
 import os
 from pathlib import Path
 import re
+import shutil
 import tempfile
 import time
 from typing import IO, Final
@@ -38,7 +39,7 @@ def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str,
 
 
 def make_run_directory() -> Path:
-    """Create and return the directory of this run's logs, in that of ROS.
+    """Create and return the directory of this run's logs, in that of ROS; remove old ones.
 
     Raises:
         GoalreachError: It cannot be created.
@@ -51,8 +52,22 @@ def make_run_directory() -> Path:
         directory.mkdir(parents=True)
     except OSError as error:
         raise GoalreachError(f'{directory}: cannot be created: {error.strerror}') from None
+    _remove_old_runs(base)
     return directory
 
+
+def _remove_old_runs(base: Path) -> None:
+    """Remove the directories of all but the last runs; those of running processes stay."""
+    runs = sorted(path for path in base.iterdir() if _RUN_DIRECTORY.fullmatch(path.name))
+    for path in runs[:-_KEPT_RUNS]:
+        running = Path('/proc', path.name.rpartition('-')[2]).exists()
+        if not running and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+
+
+_RUN_DIRECTORY: Final = re.compile(r'goalreach-\d{4}(-\d\d){5}-\d+')
+_KEPT_RUNS: Final = 20
+"""Chosen: a day's work, some megabytes."""
 
 FIRST_DOMAIN: Final = 10
 
