@@ -112,10 +112,9 @@ def find_predicted(
         pixels = optics.undistort(spots.pixels_px)
         leds += [leds[row] for row in rows]
         near = _near(prediction, leds, spots, pixels.tolist(), gate)
+    found = MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
     near = _apart(near, pixels)
-    if len(near) < len(leds):
-        leds, spots, pixels = [leds[row] for row in near], spots.select(near), pixels[near]
-    return MatchedLeds(np.array(leds, dtype=np.intp), spots, pixels, expected)
+    return found if len(near) == len(leds) else found.select(near)
 
 
 def _windows(
