@@ -1,7 +1,5 @@
 """The `bench` command: benchmarks against floors and peers, and the studies of the documents."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Options that every suite takes, and those of suites that keep the results of studies."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

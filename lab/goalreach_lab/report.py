@@ -1,7 +1,5 @@
 """Benchmark rows as a table for people and as JSON for machines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 import os
 import platform

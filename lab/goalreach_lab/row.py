@@ -1,7 +1,5 @@
 """One line of a benchmark: our figure, its reference, and the goal."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 import operator
 from typing import Any
@@ -55,7 +53,7 @@ class BenchRow:
     @classmethod
     def none_allowed(
         cls, name: str, count: float, *, unit: str = '', n: int = 1, note: str = ''
-    ) -> BenchRow:
+    ) -> 'BenchRow':
         """Return the row of a count whose goal is zero."""
         goal = Goal(of='ours', relation='<=', bound=0.0)
         return cls(name=name, unit=unit, ours=count, goal=goal, n=n, note=note)

@@ -1,7 +1,5 @@
 """The shape of every study: measure cases, keep their results, analyse them, report rows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 import functools

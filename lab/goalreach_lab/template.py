@@ -1,7 +1,5 @@
 """Documents from Markdown templates: text with `$placeholders` for measured values and tables."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 import re

@@ -1,7 +1,5 @@
 """Drives paths in the MuJoCo world: starts it and the other nodes, and judges by its truth."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 import math
 from pathlib import Path

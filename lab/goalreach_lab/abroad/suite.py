@@ -1,7 +1,5 @@
 """The abroad suite: our nodes in the MuJoCo world, case by case; docs/ABROAD.md."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 The same results, number for number. Every array has one element per robot.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -34,7 +32,7 @@ class BatchMotion(NamedTuple):
     speed_m_per_s: FloatArray
     acceleration_m_per_s2: FloatArray
 
-    def of(self, chosen: NDArray[np.intp]) -> BatchMotion:
+    def of(self, chosen: NDArray[np.intp]) -> 'BatchMotion':
         """Return the motions of some of the robots."""
         return BatchMotion(*(values[chosen] for values in self))
 

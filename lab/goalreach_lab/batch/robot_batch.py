@@ -4,8 +4,6 @@ A batch translates and steers by velocity commands, with walls and the watchdog,
 slip. It has no turret, odometry or sensors. The robots do not collide with each other.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

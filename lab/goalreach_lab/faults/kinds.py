@@ -1,7 +1,5 @@
 """The kinds of fault: what is done, the expected behaviour, and the words that report it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

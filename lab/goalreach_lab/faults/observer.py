@@ -1,7 +1,5 @@
 """Observes a running stack: bumps, overconfident poses, and whether it drives normally."""
 
-from __future__ import annotations
-
 from collections import deque
 import math
 from typing import Final, TypeAlias

@@ -1,7 +1,5 @@
 """The outcome of an injected fault, the outcomes of a kind of fault, and their table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 import re
@@ -55,7 +53,7 @@ class FaultOutcome:
         ended: Moment,
         normal: Moment | None,
         speed: float = 1.0,
-    ) -> FaultOutcome:
+    ) -> 'FaultOutcome':
         """Return the outcome of a fault from what was observed since it began.
 
         Args:
@@ -120,7 +118,7 @@ class KindSummary:
     reported: int
 
     @classmethod
-    def of(cls, kind: FaultKind, outcomes: Sequence[FaultOutcome]) -> KindSummary:
+    def of(cls, kind: FaultKind, outcomes: Sequence[FaultOutcome]) -> 'KindSummary':
         """Summarise the outcomes of a kind; there is at least one."""
         times_s = recovery_times_s(outcomes) or [float('nan')]
         return cls(

@@ -1,7 +1,5 @@
 """Campaigns on one live stack: faults at random moments, and dead nodes at full speed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 import contextlib
 import math

@@ -1,7 +1,5 @@
 """A live stack with gates between its nodes, and the node that observes it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 import time

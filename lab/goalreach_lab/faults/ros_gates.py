@@ -1,7 +1,5 @@
 """Gates that disturb the messages between the nodes of a live graph; and its observation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 import heapq

@@ -1,7 +1,5 @@
 """Injects faults into a live stack."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 import math
 import os

@@ -1,7 +1,5 @@
 """Drives for hours with random faults, and samples the holdings of every process."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import contextlib
 from pathlib import Path

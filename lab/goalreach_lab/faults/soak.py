@@ -1,7 +1,5 @@
 """Hours of simulated driving with random faults: what each process holds must not grow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import contextlib
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Starts and stops of the whole stack: surviving processes, and the effect on the next start."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 import contextlib
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Faults injected into live stacks: bumps, overconfident poses, hangs, recovery, reports."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass

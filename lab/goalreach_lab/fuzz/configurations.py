@@ -1,7 +1,5 @@
 """Readers of parameters and options, fed with bad ones."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 from typing import Any, Final

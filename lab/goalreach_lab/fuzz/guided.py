@@ -4,8 +4,6 @@ It takes over its process, so that each reader gets a process of its own: `run_g
 and it runs `main`.
 """
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 import re

@@ -1,7 +1,5 @@
 """MCAP files in every layout that the format allows; cut short or changed, and repaired."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Mutations of valid input: wrong types, missing and extra fields, huge values, bad bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 import copy
 import math

@@ -1,7 +1,5 @@
 """Readers under test, and the tally of what they did with bad input."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 import math
@@ -62,7 +60,7 @@ class Tally:
     tracebacks: list[tuple[int, str]] = field(default_factory=list)
     hangs: list[int] = field(default_factory=list)
 
-    def add(self, other: Tally) -> None:
+    def add(self, other: 'Tally') -> None:
         """Add the counts of further inputs."""
         self.inputs += other.inputs
         self.refused += other.refused

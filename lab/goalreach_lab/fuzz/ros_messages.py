@@ -1,7 +1,5 @@
 """Readers of messages, and the cores behind the nodes, fed with mutated messages."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 import math

@@ -1,7 +1,5 @@
 """Bad input for every reader of files, parameters, options and messages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial

@@ -1,7 +1,5 @@
 """Valid files for every reader of files, and the readers fed with mutations of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import contextlib
 from contextlib import ExitStack

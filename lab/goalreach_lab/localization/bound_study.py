@@ -3,8 +3,6 @@
 The bound is the smallest covariance of any unbiased estimator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import functools

@@ -4,8 +4,6 @@ Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Na
 section 5.4.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import functools
 from typing import Any

@@ -1,7 +1,5 @@
 """Errors, availability and overconfidence while robots drive, over noise and calibration."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import functools

@@ -1,7 +1,5 @@
 """The figures of docs/LOCALIZATION.md."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 import os
 from pathlib import Path

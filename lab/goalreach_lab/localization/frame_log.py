@@ -1,7 +1,5 @@
 """True and estimated poses frame by frame: errors, consistency, overconfident episodes, gaps."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
@@ -62,12 +60,12 @@ class Frames(NamedTuple):
     nis_dof: FloatArray
 
     @classmethod
-    def join(cls, drives: Sequence[Frames]) -> Frames:
+    def join(cls, drives: Sequence['Frames']) -> 'Frames':
         """Return the frames of several drives as those of one."""
         return cls(*map(np.concatenate, zip(*drives, strict=True)))
 
     @classmethod
-    def from_json(cls, result: Mapping[str, Any]) -> Frames:
+    def from_json(cls, result: Mapping[str, Any]) -> 'Frames':
         """Return the frames of a result that `to_json` made."""
         columns: dict[str, Any] = {
             name: np.array(result[name], dtype=np.float64) for name in cls._fields

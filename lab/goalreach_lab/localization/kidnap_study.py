@@ -1,7 +1,5 @@
 """Kidnapped robots: time to relocalize, and wrong poses trusted until then."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 import functools
 import math

@@ -1,7 +1,5 @@
 """One robot that drives for a day: drift of the localizer and of odometry, minute by minute."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 import functools
 import math

@@ -1,7 +1,5 @@
 """Invalid images, readings and messages: no pose from them, and one clear reason for each."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable, Sequence
 import copy

@@ -1,7 +1,5 @@
 """Processor time and accuracy of the localizer against other methods on the same images."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 import functools
 import math

@@ -1,7 +1,5 @@
 """A simulated robot that drives to random waypoints by its estimated pose, in one process."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 import math

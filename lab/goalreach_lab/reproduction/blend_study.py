@@ -1,7 +1,5 @@
 """The blends of headings without noise: deviation of equation (3) as printed, and jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 import functools
 import math

@@ -1,7 +1,5 @@
 """The tables and figures of REPRODUCTION.md; its text is in `reproduction.md`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 import math
 import statistics

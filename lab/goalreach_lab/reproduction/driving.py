@@ -1,7 +1,5 @@
 """The driving suite: crisp and fuzzy driving from the same starts, with images in the loop."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

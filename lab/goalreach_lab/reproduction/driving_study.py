@@ -1,7 +1,5 @@
 """Many paths with images in the loop, over modes, noise, starts, arenas and policies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 import functools
@@ -103,7 +101,7 @@ class DrivenPath:
     error_rms_m: float
 
     @classmethod
-    def of(cls, path: PathResult, regions: RegionMap) -> DrivenPath:
+    def of(cls, path: PathResult, regions: RegionMap) -> 'DrivenPath':
         """Return the measures of a driven path."""
         return cls(
             outcome=path.outcome,

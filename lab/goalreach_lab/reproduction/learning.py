@@ -1,7 +1,5 @@
 """The learning suite: success, trials needed and values of Q-learning over many seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import functools

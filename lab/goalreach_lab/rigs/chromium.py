@@ -1,7 +1,5 @@
 """A headless Chromium, driven by Selenium: the dashboard as a user sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import json

@@ -5,8 +5,6 @@ speak the same protocol and need hardly any processor time, so that the cost of 
 measured apart from that of browsers on the same machine.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager

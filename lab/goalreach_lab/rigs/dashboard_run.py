@@ -1,7 +1,5 @@
 """A run and its dashboard as processes of their own, measured from outside."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A test rig for graphs: runs ours or a floor in a ROS domain, and measures it from outside."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import json
@@ -43,7 +41,7 @@ class GraphTestRig:
 
     @classmethod
     @contextmanager
-    def open(cls) -> Iterator[GraphTestRig]:
+    def open(cls) -> Iterator['GraphTestRig']:
         """Yield a rig with a temporary folder for logs."""
         with tempfile.TemporaryDirectory(prefix='goalreach-') as folder:
             yield cls(Path(folder))
@@ -101,7 +99,7 @@ class GraphTestRig:
             stack.stop()
 
     @contextmanager
-    def probe(self, kind: str, number: float = 0.0) -> Iterator[Probe]:
+    def probe(self, kind: str, number: float = 0.0) -> Iterator['Probe']:
         """Measure a graph that runs, or will run, in the domain; see `ros_probe`."""
         process = self._start('-m', _PROBE, kind, str(number))
         try:

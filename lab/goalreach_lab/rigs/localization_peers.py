@@ -1,7 +1,5 @@
 """Peers that compute a pose from an image of three LEDs, each with every possible advantage."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

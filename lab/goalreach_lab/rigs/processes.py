@@ -1,7 +1,5 @@
 """Processes of a stack: who belongs to it, what they use and hold."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import contextlib
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The same random drives for the simulators that are compared: ours and IR-SIM, from pip."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import dataclass
 import importlib.util
@@ -43,7 +41,7 @@ class RandomDrives:
     commands: FloatArray
 
     @classmethod
-    def draw(cls, count: int, arena: Arena, rng: np.random.Generator) -> RandomDrives:
+    def draw(cls, count: int, arena: Arena, rng: np.random.Generator) -> 'RandomDrives':
         """Draw drives that start on the free floor and use all of the robot's speed.
 
         Args:

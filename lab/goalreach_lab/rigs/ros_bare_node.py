@@ -3,8 +3,6 @@
 python -m goalreach_lab.rigs.ros_bare_node NAME
 """
 
-from __future__ import annotations
-
 import contextlib
 import sys
 

@@ -6,8 +6,6 @@ Prints its result as a line of JSON; `motion` and `nodes` print a line before, o
 Times are of the monotonic clock, which all processes of a machine share.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import json
 import sys

@@ -5,8 +5,6 @@
 Messages are made once; callbacks only set a stamp and send.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 import sys

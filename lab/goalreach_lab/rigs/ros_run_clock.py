@@ -1,7 +1,5 @@
 """The clock of a running graph: polled at next to no cost, and compared with the wall clock."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

@@ -1,7 +1,5 @@
 """A stack under test: `goalreach run` as a child process, and the processes of its nodes."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 import contextlib

@@ -1,7 +1,5 @@
 """Rows without ROS: learning, localization, recording, and evaluation over processes."""
 
-from __future__ import annotations
-
 import statistics
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Random drives that search for flaws in the physics: walls, limits, odometry, step length."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 

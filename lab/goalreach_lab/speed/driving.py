@@ -1,7 +1,5 @@
 """Driving with rendered images in one process: speed against IR-SIM, growth, profile."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import cProfile
 from dataclasses import dataclass, replace

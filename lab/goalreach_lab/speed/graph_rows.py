@@ -1,7 +1,5 @@
 """The running graph against the bare relay: ticks, latency, processor time, memory, start."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 import statistics
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Learning against peers: stable-baselines3 with DQN, and IR-SIM driving for as long."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import importlib.util
 import statistics
@@ -103,7 +101,7 @@ def _irsim_row(ours: list[float], robot_s: list[float], irsim: list[float]) -> B
     )
 
 
-def _dqn_rows(ours: list[float], dqn: list[DqnLearning]) -> list[BenchRow]:
+def _dqn_rows(ours: list[float], dqn: list['DqnLearning']) -> list[BenchRow]:
     reached = [one.reached for one in dqn]
     return [
         BenchRow(

@@ -1,7 +1,5 @@
 """The extent of a measurement, and the spread of repeated ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The recorder: processor time, memory, losses, sudden deaths, and the speed of its writer."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 import contextlib

@@ -1,7 +1,5 @@
 """The simulator: speed of physics and images, flaws in random drives, rate of the clock."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import math
 import statistics

@@ -1,7 +1,5 @@
 """All rows of speed, ours against floors and peers, and the document that explains them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 import importlib
