@@ -1,5 +1,7 @@
 """The learned behaviour: choice of actions, their end, their heading, and learning."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
