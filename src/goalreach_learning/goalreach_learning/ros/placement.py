@@ -13,7 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE, ROBOT
 from goalreach_msgs_py.values import Pose2
 
-_POLL_S: Final = 0.02
+_POLL_S: Final = 0.005
 _WARN_S: Final = 5.0
 _ANSWER_S: Final = 2.0
 """Time for an answer, seconds of the wall clock, after which a call is made again. Chosen."""
