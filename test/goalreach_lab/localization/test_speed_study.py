@@ -8,14 +8,16 @@ def test_rows_by_hand() -> None:
     def figures(value: float) -> dict[str, float]:
         return dict.fromkeys(('rms', 'median', 'p95', 'max'), value)
 
-    names = ('ours, tracking', 'ours, one image', 'SimpleBlobDetector + solveP3P')
+    peer_name = 'SimpleBlobDetector + solveP3P'
+    names = ('ours, tracking', 'ours, head command', 'ours, one image', peer_name)
     found = {
         'frames': 5,
-        'ms': dict(zip(names, map(figures, (0.2, 1.3, 0.6)), strict=True)),
-        'in': dict(zip(names, map(figures, (0.3, 0.4, 0.6)), strict=True)),
+        'ms': dict(zip(names, map(figures, (0.2, 0.1, 1.3, 0.6)), strict=True)),
+        'in': dict(zip(names, map(figures, (0.3, 0.0, 0.4, 0.6)), strict=True)),
     }
     rows = {row.name: row for row in speed_study(frames=5, seed=0).rows(found)}
     assert rows['acquisition, processor time, median'].ours == 1.3
+    assert rows['head command, processor time, median'].ours == 0.1
     peer = rows['tracking frame, median, against SimpleBlobDetector + solveP3P']
     assert peer.ratio == pytest.approx(1.0 / 3.0)
     assert peer.met is True
