@@ -1,19 +1,15 @@
 """The localization suite: accuracy, consistency, robustness, speed; docs/LOCALIZATION.md."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from goalreach_lab.options import DocumentOptions
 from goalreach_lab.row import BenchRow
+from goalreach_lab.study import Study, find
 from goalreach_msgs_py.options import option
-
-if TYPE_CHECKING:
-    from goalreach_lab.study import Study
 
 SUMMARY = 'Accuracy, consistency, robustness and speed of the localizer'
 
@@ -70,7 +66,6 @@ def execute(options: Options) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused or a file cannot be read or written.
     """
-    from goalreach_lab.study import find
     from goalreach_msgs_py.files import make_folder, require_writable
 
     if options.results is not None:

@@ -1,21 +1,15 @@
 """The reproduction suite: every number of REPRODUCTION.md, and the document itself."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from goalreach_lab.options import DocumentOptions
+from goalreach_lab.reproduction.driving_study import Condition, DrivenPath
 from goalreach_lab.row import BenchRow
+from goalreach_lab.study import Study, find
 from goalreach_msgs_py.options import option
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from goalreach_lab.reproduction.driving_study import Condition, DrivenPath
-    from goalreach_lab.study import Study
-
 
 SUMMARY = 'Measure every claim of the paper and write REPRODUCTION.md'
 
@@ -83,7 +77,6 @@ def execute(options: Options) -> list[BenchRow]:
 
 
 def _find(options: Options, study: Study) -> Any:
-    from goalreach_lab.study import find
 
     return find(study, options.results, measure=not options.as_it_is)
 

@@ -117,12 +117,7 @@ def _drive_all_starts(noise: str, seed: int) -> _Round:
 def _irsim_steps_per_s(peer: IrSimDrives, seed: int) -> float:
     """Return how many steps IR-SIM makes in a second of processor time."""
     drives = RandomDrives.draw(_IRSIM_DRIVES, Arena(), np.random.default_rng(seed))
-    cpu_s = 0.0
-    for index in range(_IRSIM_DRIVES):
-        peer.place(drives, index)
-        began_s = time.process_time()
-        peer.drive(drives, index)
-        cpu_s += time.process_time() - began_s
+    cpu_s = peer.time(drives, range(_IRSIM_DRIVES), time.process_time)
     return _IRSIM_DRIVES * STEPS / cpu_s
 
 

@@ -78,13 +78,7 @@ def _irsim_s(robot_s: float, seed: int) -> float:
     peer = IrSimDrives(arena, step_s=_STEP_S)
     count = min(_MOST_DRIVES, max(1, round(robot_s / (_STEP_S * STEPS))))
     drives = RandomDrives.draw(count, arena, np.random.default_rng(seed))
-    wall_s = 0.0
-    for index in range(count):
-        peer.place(drives, index)
-        began_s = time.perf_counter()
-        peer.drive(drives, index)
-        wall_s += time.perf_counter() - began_s
-    return wall_s * robot_s / (count * STEPS * _STEP_S)
+    return peer.time(drives, range(count)) * robot_s / (count * STEPS * _STEP_S)
 
 
 def _irsim_row(ours: list[float], robot_s: list[float], irsim: list[float]) -> BenchRow:

@@ -74,7 +74,7 @@ def _physics_rows(robots: int, rng: np.random.Generator) -> list[BenchRow]:
         batch.append(_robot_seconds(drives.starts.shape[1], _time_batch(drives, arena)))
         one.append(_robot_seconds(_DRIVES_OF_ONE, _time_one(drives, chosen, arena)))
         if peer is not None:
-            other.append(_robot_seconds(_DRIVES_OF_ONE, _time_peer(peer, drives, chosen)))
+            other.append(_robot_seconds(_DRIVES_OF_ONE, peer.time(drives, chosen)))
     return [
         _physics_row(
             f'{robots} robots at once', batch, other, Goal(of='ratio', relation='>=', bound=_RATIO)
@@ -111,17 +111,6 @@ def _time_one(drives: RandomDrives, chosen: range, arena: Arena) -> float:
     for index in chosen:
         drive_one(drives, index, arena)
     return time.perf_counter() - began_s
-
-
-def _time_peer(peer: IrSimDrives, drives: RandomDrives, chosen: range) -> float:
-    """Return the wall time of the steps of some drives, s, without placing the robot."""
-    wall_s = 0.0
-    for index in chosen:
-        peer.place(drives, index)
-        began_s = time.perf_counter()
-        peer.drive(drives, index)
-        wall_s += time.perf_counter() - began_s
-    return wall_s
 
 
 def _image_row(images: int, rng: np.random.Generator) -> BenchRow:
