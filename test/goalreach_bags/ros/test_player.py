@@ -101,7 +101,8 @@ def test_faster(bag: Path) -> None:
 @pytest.mark.graph
 def test_what_cannot_be_published_costs_its_topic_alone(tmp_path: Path) -> None:
     unknown = string_topic('/split', type_name='my_msgs/msg/Split', type_hash='')
-    topics = [string_topic(), unknown, string_topic('no topic')]
+    long = '/' + 300 * 'a'
+    topics = [string_topic(), unknown, string_topic('no topic'), string_topic(long)]
     messages = [(topic.name, k + 1, text_message('a')) for k in range(3) for topic in topics]
     write_bag(tmp_path / 'bag', messages, topics=topics)
     arguments = ['replay', str(tmp_path / 'bag'), '--quiet']
@@ -112,6 +113,7 @@ def test_what_cannot_be_published_costs_its_topic_alone(tmp_path: Path) -> None:
     assert player.returncode == 0
     assert '/split is not replayed: ' in text
     assert 'no topic is not replayed: Invalid topic name: ' in text
+    assert f'{long} is not replayed: Invalid topic name: ' in text
     assert 'replayed 3 messages' in text
 
 

@@ -19,7 +19,6 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.validate_topic_name import validate_topic_name
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
@@ -177,14 +176,12 @@ class Player(Node):
         try:
             Decoder([topic])
             kind = message_class(topic.type_name)
-            validate_topic_name(name)
+            profile = override or publisher_profile(topic.offers)
+            self._outputs[name] = self.create_publisher(kind, name, profile)
         except (GoalreachError, InvalidTopicNameException) as error:
             reason = str(error).splitlines()[0].rstrip(':')
             self.get_logger().warning(f'{name} is not replayed: {reason}')
             return
-        profile = override or publisher_profile(topic.offers)
-        try:
-            self._outputs[name] = self.create_publisher(kind, name, profile)
         except RuntimeError as error:  # such as another type on the topic that it is mapped to
             raise CommandError(f'{name}: {str(error).split(", at /")[0]}') from None
         if profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
