@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import ast
 from functools import partial
-import importlib.util
 import math
 from pathlib import Path
 import subprocess
@@ -20,6 +19,7 @@ from sensor_msgs.msg import Image, JointState
 from goalreach_lab.abroad.ros_drive import WORLD, drive
 from goalreach_msgs_py.arena import Arena
 import graphs
+from modules import load_module
 from mujoco_rendering import require_rendering
 
 ARENA = {'width_m': 3.556, 'length_m': 5.08, 'leds_m': [list(led) for led in Arena().landmarks_m]}
@@ -29,12 +29,7 @@ LARGEST_LINES = 350
 @pytest.fixture(scope='module')
 def world() -> Any:
     require_rendering()
-    spec = importlib.util.spec_from_file_location(WORLD.stem, WORLD)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_module(WORLD)
 
 
 def options(world: Any, **changes: Any) -> argparse.Namespace:

@@ -1,8 +1,9 @@
-import importlib.util
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from modules import load_module
 
 pytest.importorskip('gymnasium')
 pytest.importorskip('stable_baselines3', reason='needs the extra sb3 (torch): goalreach[sb3]')
@@ -12,12 +13,7 @@ EXAMPLE = Path(__file__).parents[2] / 'examples' / 'stable_baselines3_agents.py'
 
 @pytest.fixture(scope='module')
 def example() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(EXAMPLE.stem, EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_module(EXAMPLE)
 
 
 @pytest.mark.parametrize('name', ['dqn', 'ppo'])

@@ -11,11 +11,11 @@ import sys
 import pytest
 
 from graphs import graph_environment
+from ros2_words import ROS2, ros2
 
 pytestmark = pytest.mark.graph
 
 NODE = Path(__file__).with_name('graph_node.py')
-ROS2 = [sys.executable, '-m', 'goalreach_bringup.cli', 'ros2']
 NODE_PARAMETERS = '/ns/talker:\n  ros__parameters:\n    speed: {speed}\n    loose: text\n'
 
 
@@ -32,19 +32,6 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     node.terminate()
     node.communicate(timeout=20)
     assert node.returncode == 0
-
-
-def ros2(environment: dict[str, str], *arguments: str, stdin: str = '') -> tuple[int, str, str]:
-    done = subprocess.run(
-        [*ROS2, *arguments],
-        env=environment,
-        input=stdin,
-        capture_output=True,
-        check=False,
-        text=True,
-        timeout=60,
-    )
-    return done.returncode, done.stdout, done.stderr
 
 
 def lines_of(environment: dict[str, str], count: int, *arguments: str) -> list[str]:

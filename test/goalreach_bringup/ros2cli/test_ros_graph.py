@@ -12,12 +12,12 @@ from typing import IO
 import pytest
 
 import goalreach_msgs_py
+from ros2_words import ROS2, ros2
 
 pytestmark = pytest.mark.graph
 
 NODE = Path(__file__).with_name('graph_node.py')
 PROFILE = Path(goalreach_msgs_py.__file__).parent / 'config' / 'fastdds.xml'
-ROS2 = [sys.executable, '-m', 'goalreach_bringup.cli', 'ros2']
 
 
 @pytest.fixture(scope='module')
@@ -50,18 +50,6 @@ def heard(environment: dict[str, str]) -> Iterator[IO[str]]:
 def graph(environment: dict[str, str], heard: IO[str]) -> dict[str, str]:
     assert heard.readable()
     return environment
-
-
-def ros2(environment: dict[str, str], *arguments: str) -> tuple[int, str, str]:
-    done = subprocess.run(
-        [*ROS2, *arguments],
-        env=environment,
-        capture_output=True,
-        check=False,
-        text=True,
-        timeout=60,
-    )
-    return done.returncode, done.stdout, done.stderr
 
 
 def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]:
