@@ -25,10 +25,7 @@ Start = Pose2 | Sequence[float]
 
 
 def train(
-    *,
-    arena: Arena | Path | str = 'paper',
-    seed: int = 0,
-    config: LearningConfig | None = None,
+    *, arena: Arena | Path | str = 'paper', seed: int = 0, config: LearningConfig | None = None
 ) -> Policy:
     """Learn a policy by the paper's procedure: Q-learning over trials of one path from each start.
 

@@ -126,11 +126,7 @@ class TopicComparison:
 
 
 def compare_bags(
-    first: BagReader,
-    second: BagReader,
-    includes: Callable[[str], bool],
-    *,
-    times: bool = True,
+    first: BagReader, second: BagReader, includes: Callable[[str], bool], *, times: bool = True
 ) -> list[TopicComparison]:
     """Compare topic by topic, message by message in order: receive time and bytes.
 

@@ -30,10 +30,7 @@ _FRAME_HEAD_BYTES: Final = 18
 
 _LOG: Final = logging.getLogger(__name__)
 _StorageReader = McapReader | SqliteReader
-_READERS: Final[Mapping[str, type[_StorageReader]]] = {
-    'mcap': McapReader,
-    'sqlite3': SqliteReader,
-}
+_READERS: Final[Mapping[str, type[_StorageReader]]] = {'mcap': McapReader, 'sqlite3': SqliteReader}
 
 
 @dataclass(frozen=True, kw_only=True)

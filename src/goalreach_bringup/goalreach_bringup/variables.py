@@ -4,8 +4,6 @@ A bad value would otherwise show as a traceback, as text of the middleware, or n
 names and values are those of rcl, rmw and Fast DDS in Jazzy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 import os
 from pathlib import Path

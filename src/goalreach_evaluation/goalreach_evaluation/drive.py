@@ -174,9 +174,5 @@ class InProcessDrive:
             in_goal = region == self.arena.regions.goal
             result = meter.finish(control.transition.outcome, in_goal=in_goal)
         return DriveFrame(
-            sensors=sensors,
-            localization=localization,
-            state=state,
-            control=control,
-            result=result,
+            sensors=sensors, localization=localization, state=state, control=control, result=result
         )

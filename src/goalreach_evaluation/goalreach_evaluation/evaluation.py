@@ -233,10 +233,7 @@ def _label(value: object) -> str:
 
 
 def evaluate(
-    request: EvaluationRequest,
-    *,
-    jobs: int = 1,
-    progress: Callable[[int], None] = lambda _: None,
+    request: EvaluationRequest, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> Evaluation:
     """Drive every path of a request.
 

@@ -4,8 +4,6 @@
 pass numbers straight between values and bytes, without a message object in between.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 import struct
 from typing import Any

@@ -1,7 +1,5 @@
 """Acquisition of a pose without a prior: from one image, or from a panorama of a turning head."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math

@@ -4,8 +4,6 @@ Bearings alone often fit a wrong labelling; pixels (u, v) with the known heights
 the tilt do not, so all labellings are solved on pixels and compared by chi-square.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import functools
 from itertools import combinations, permutations, product
@@ -168,10 +166,7 @@ def _solve(
 
 
 def _seeds(
-    geometry: ImageGeometry,
-    pixels_px: FloatArray,
-    spots: NDArray[np.intp],
-    leds: NDArray[np.intp],
+    geometry: ImageGeometry, pixels_px: FloatArray, spots: NDArray[np.intp], leds: NDArray[np.intp]
 ) -> FloatArray:
     """Return initial guesses (r m, 3): by range and bearing, and by three bearings alone."""
     slopes = ((pixels_px - geometry.lens.centre_px) / geometry.lens.focal_px)[spots]

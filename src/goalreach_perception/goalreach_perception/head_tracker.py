@@ -1,7 +1,5 @@
 """Control of turret, pan and tilt: centre the landmarks, or search for them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations

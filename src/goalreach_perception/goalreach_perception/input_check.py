@@ -1,7 +1,5 @@
 """Validity checks of an image and the measurements of its stamp."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The `landmark_localizer` node: from images of the LEDs to a pose and head commands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any

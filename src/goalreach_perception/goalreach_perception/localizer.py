@@ -1,7 +1,5 @@
 """The localizer: from images to pose estimates and head targets, tracking or searching."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

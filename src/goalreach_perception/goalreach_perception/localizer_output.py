@@ -1,7 +1,5 @@
 """The output of the localizer for one image."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ of the pixels, so the chi-square of a solution has 2 k - 3 degrees of freedom an
 consistent. The closed forms work in the plane, with complex numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

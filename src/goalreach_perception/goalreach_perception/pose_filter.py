@@ -17,8 +17,6 @@ are taken at the best estimates: near an LED, those at the survey would be wrong
 size of a spot.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Integrity monitor: decides from the match of images and predictions whether a pose is valid."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 import enum

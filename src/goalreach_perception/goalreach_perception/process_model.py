@@ -1,7 +1,5 @@
 """The filter's process model: odometry moves the pose, constants fade towards their prior."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reports of sensor faults that the localizer tolerates."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

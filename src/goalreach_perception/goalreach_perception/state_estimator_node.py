@@ -1,7 +1,5 @@
 """The `state_estimator` node: from the pose to region and fuzzy memberships."""
 
-from __future__ import annotations
-
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.node import Node

@@ -1,7 +1,5 @@
 """The `bag` command: inspects a bag without a graph."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

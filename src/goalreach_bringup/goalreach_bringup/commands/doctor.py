@@ -1,7 +1,5 @@
 """The `doctor` command: what goalreach runs on, and what would keep it from running."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 import os

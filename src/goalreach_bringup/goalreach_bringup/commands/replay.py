@@ -1,7 +1,5 @@
 """The `replay` command: a bag into the graph, or through live perception."""
 
-from __future__ import annotations
-
 from goalreach_bags.options import ReplayOptions as Options
 
 SUMMARY = 'Replay a rosbag2 directory into the graph, or through live perception'

@@ -1,7 +1,5 @@
 """The `ros2` command: runs the real `ros2` where installed, else its built-in subset."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 import os
 import shutil

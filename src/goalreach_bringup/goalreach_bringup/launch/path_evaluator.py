@@ -149,10 +149,7 @@ class PathEvaluator:
     def progress(self) -> Progress:
         """Progress of the run."""
         return Progress(
-            path=self._path,
-            placed=bool(self._ticks),
-            last_ns=self.last_ns,
-            truth=self._truth,
+            path=self._path, placed=bool(self._ticks), last_ns=self.last_ns, truth=self._truth
         )
 
     def add_tick(self, tick: Tick) -> list[PathResult]:

@@ -72,9 +72,5 @@ class RunReport(logging.Handler):
     def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
         """Print the table at the end of a run."""
         show_paths_table(
-            tally,
-            mode=mode,
-            sim_time_s=sim_time_s,
-            wall_time_s=wall_time_s,
-            console=self._out,
+            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=self._out
         )

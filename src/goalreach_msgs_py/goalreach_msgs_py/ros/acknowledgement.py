@@ -76,12 +76,7 @@ class AcknowledgementGate:
     """
 
     def __init__(
-        self,
-        node: Node,
-        consumers: Sequence[str],
-        *,
-        period_ns: int,
-        on_room: Callable[[], None],
+        self, node: Node, consumers: Sequence[str], *, period_ns: int, on_room: Callable[[], None]
     ) -> None:
         """Listen to the consumers."""
         self._node = node

@@ -1,7 +1,5 @@
 """The detected LEDs as visualization_msgs/ImageMarker, for viewers that overlay the image."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from geometry_msgs.msg import Point

@@ -14,12 +14,7 @@ from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
 from goalreach_sim.nomad200_node import Nomad200Node
 
-_CLASSES = (
-    Nomad200Node,
-    LandmarkLocalizerNode,
-    StateEstimatorNode,
-    GoalReachingControllerNode,
-)
+_CLASSES = (Nomad200Node, LandmarkLocalizerNode, StateEstimatorNode, GoalReachingControllerNode)
 
 # Every node uses these types; loading their libraries loads most others.
 for _message_type in (DiagnosticArray, GetParameters, Image, Log, ParameterEvent, SetParameters):

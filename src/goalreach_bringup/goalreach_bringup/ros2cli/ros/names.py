@@ -21,10 +21,7 @@ def add_verbs(parser: argparse.ArgumentParser, noun: str) -> Any:
     flag, text = f'--include-hidden-{noun}s', f'Consider hidden {noun}s as well'
     add(parser, (flag, text, {'action': 'store_true', 'dest': 'hidden'}))
     hidden = {'action': 'store_true', 'dest': 'hidden', 'default': argparse.SUPPRESS}
-    shown = (
-        (f'-c --count-{noun}s', f'Only display the number of {noun}s'),
-        (flag, text, hidden),
-    )
+    shown = ((f'-c --count-{noun}s', f'Only display the number of {noun}s'), (flag, text, hidden))
     types = ('-t --show-types', f'Additionally show the {noun} type')
     wanted = ('type_name', 'Type to find', {'metavar': f'{noun}_type'})
     named = ('name', f'Name of the ROS {noun}', {'metavar': f'{noun}_name', 'type': ros_name})
