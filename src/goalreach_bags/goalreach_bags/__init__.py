@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from goalreach_bags.options import ReplayOptions as ReplayOptions
     from goalreach_bags.options import StorageOptions as StorageOptions
     from goalreach_bags.options import TopicSelection as TopicSelection
-    from goalreach_bags.reader import BagMessage as BagMessage
     from goalreach_bags.reader import BagReader as BagReader
     from goalreach_bags.repair import RepairResult as RepairResult
     from goalreach_bags.repair import repair_bag as repair_bag
     from goalreach_bags.run_series import RunSeries as RunSeries
     from goalreach_bags.run_series import read_run_series as read_run_series
     from goalreach_bags.storage import BagError as BagError
+    from goalreach_bags.storage import BagMessage as BagMessage
     from goalreach_bags.storage import BagStoppedError as BagStoppedError
     from goalreach_bags.topic import BagTopic as BagTopic
     from goalreach_bags.topic import message_definition as message_definition
@@ -38,10 +38,10 @@ __all__, __getattr__ = lazy_exports(
         'decode': ('Decoder', 'flatten'),
         'export': ('MessageTable', 'write_table'),
         'options': ('RecordOptions', 'ReplayOptions', 'StorageOptions', 'TopicSelection'),
-        'reader': ('BagMessage', 'BagReader'),
+        'reader': ('BagReader',),
         'repair': ('RepairResult', 'repair_bag'),
         'run_series': ('RunSeries', 'read_run_series'),
-        'storage': ('BagError', 'BagStoppedError'),
+        'storage': ('BagError', 'BagMessage', 'BagStoppedError'),
         'topic': ('BagTopic', 'message_definition'),
         'writer': ('BagWriter',),
     },

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_bags.decode import Decoder, flatten
-from goalreach_bags.reader import BagMessage, BagReader
+from goalreach_bags.reader import BagReader
+from goalreach_bags.storage import BagMessage
 from goalreach_msgs_py import topics
 
 WALL_CLOCK_TOPICS: Final = ('/rosout', '/parameter_events')

@@ -78,12 +78,9 @@ def scan_bag(path: Path) -> BagScan:
         scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
     ]
     existing = _existing_metadata(path)
+    metadata = _metadata(scans, existing)
     return BagScan(
-        path=path,
-        files=scans,
-        unfinished=unfinished,
-        existing=existing,
-        metadata=_metadata(scans, existing),
+        path=path, files=scans, unfinished=unfinished, existing=existing, metadata=metadata
     )
 
 
@@ -159,9 +156,7 @@ def inspect_bag(path: Path) -> tuple[tuple[str, ...], str]:
     except OSError as error:
         return (str(error),), ''
     if scan.problems:
-        return (
-            scan.problems,
-            '' if scan.is_newer else f'repair it: goalreach record --repair {path}',
-        )
+        advice = '' if scan.is_newer else f'repair it: goalreach record --repair {path}'
+        return scan.problems, advice
     unindexed = ', '.join(file.path.name for file in scan.files if not file.indexed)
     return (), f'{unindexed}: no index, so it is read from its beginning' if unindexed else ''

@@ -7,24 +7,10 @@ import struct
 from typing import Final
 from zlib import crc32
 
+from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.records import (
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    MessageIndex,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
 from mcap.summary import Summary
 import zstandard
 
@@ -65,7 +51,7 @@ class ChunkBuffer:
     """
 
     size: int = 0
-    indexes: dict[int, MessageIndex] = field(default_factory=dict)
+    indexes: dict[int, records.MessageIndex] = field(default_factory=dict)
     first_ns: int = 0
     last_ns: int = 0
     _parts: list[bytes] = field(default_factory=list)
@@ -80,27 +66,27 @@ class ChunkBuffer:
         self.first_ns = min(self.first_ns, time_ns) if self.indexes else time_ns
         self.last_ns = max(self.last_ns, time_ns)
         if channel not in self.indexes:
-            self.indexes[channel] = MessageIndex(channel_id=channel, records=[])
+            self.indexes[channel] = records.MessageIndex(channel_id=channel, records=[])
         self.indexes[channel].records.append((time_ns, self.size))
         length = _MESSAGE_FIELDS + len(data)
         head = _MESSAGE.pack(Opcode.MESSAGE, length, channel, 0, time_ns, publish_ns)
         self._parts += (head, data)
         self.size += len(head) + len(data)
 
-    def to_chunk(self, compression: str) -> Chunk:
+    def to_chunk(self, compression: str) -> records.Chunk:
         """Return the chunk's record, with a check sum of the uncompressed records.
 
         Args:
             compression: 'zstd' or empty.
         """
-        records = b''.join(self._parts)
-        return Chunk(
+        data = b''.join(self._parts)
+        return records.Chunk(
             compression=compression,
-            data=zstandard.compress(records, ZSTD_LEVEL) if compression else records,
+            data=zstandard.compress(data, ZSTD_LEVEL) if compression else data,
             message_end_time=self.last_ns,
             message_start_time=self.first_ns,
-            uncompressed_crc=crc32(records),
-            uncompressed_size=len(records),
+            uncompressed_crc=crc32(data),
+            uncompressed_size=len(data),
         )
 
     def encode_indexes(self, position: int) -> tuple[dict[int, int], bytes]:
@@ -124,9 +110,9 @@ def _encode_end(position: int, summary: Mapping[Opcode, bytearray], metadata: st
         summary: Encoded records that the summary holds, by kind.
         metadata: Metadata of the bag, of which the file keeps a copy.
     """
-    copy = encode(Metadata(name=BAG_METADATA, metadata={COPY_KEY: metadata}))
-    data_end = encode(DataEnd(data_section_crc=0))
-    index = MetadataIndex(offset=position, length=len(copy), name=BAG_METADATA)
+    copy = encode(records.Metadata(name=BAG_METADATA, metadata={COPY_KEY: metadata}))
+    data_end = encode(records.DataEnd(data_section_crc=0))
+    index = records.MetadataIndex(offset=position, length=len(copy), name=BAG_METADATA)
     groups: dict[Opcode, bytes | bytearray] = {
         Opcode.SCHEMA: summary[Opcode.SCHEMA],
         Opcode.CHANNEL: summary[Opcode.CHANNEL],
@@ -135,15 +121,17 @@ def _encode_end(position: int, summary: Mapping[Opcode, bytearray], metadata: st
         Opcode.STATISTICS: summary[Opcode.STATISTICS],
     }
     start = summary_start = position + len(copy) + len(data_end)
-    offsets: list[McapRecord] = []
+    offsets: list[records.McapRecord] = []
     for opcode, data in groups.items():
         if data:
-            offsets.append(SummaryOffset(opcode, group_start=start, group_length=len(data)))
+            offsets.append(
+                records.SummaryOffset(opcode, group_start=start, group_length=len(data))
+            )
             start += len(data)
-    records = b''.join((*groups.values(), encode(*offsets)))
-    footer = Footer(summary_start=summary_start, summary_offset_start=start, summary_crc=0)
-    footer.summary_crc = crc32(records + encode(footer)[:-_CRC_BYTES])
-    return b''.join((copy, data_end, records, encode(footer), MAGIC))
+    content = b''.join((*groups.values(), encode(*offsets)))
+    footer = records.Footer(summary_start=summary_start, summary_offset_start=start, summary_crc=0)
+    footer.summary_crc = crc32(content + encode(footer)[:-_CRC_BYTES])
+    return b''.join((copy, data_end, content, encode(footer), MAGIC))
 
 
 class McapWriter:
@@ -167,7 +155,7 @@ class McapWriter:
         self._summary = {
             kind: bytearray() for kind in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.CHUNK_INDEX)
         }
-        self._statistics = Statistics(
+        self._statistics = records.Statistics(
             attachment_count=0,
             channel_count=0,
             channel_message_counts={},
@@ -179,7 +167,7 @@ class McapWriter:
             schema_count=0,
         )
         self._chunk = ChunkBuffer()
-        self._append(MAGIC + encode(Header(profile='ros2', library=LIBRARY)))
+        self._append(MAGIC + encode(records.Header(profile='ros2', library=LIBRARY)))
 
     @property
     def size(self) -> int:
@@ -195,7 +183,7 @@ class McapWriter:
         """Add schema and channel of a topic, with the metadata that rosbag2 keeps."""
         if topic.type_name not in self._schemas:
             self._schemas[topic.type_name] = len(self._schemas) + 1
-            schema = Schema(
+            schema = records.Schema(
                 id=self._schemas[topic.type_name],
                 data=topic.definition.encode(),
                 encoding=topic.encoding,
@@ -203,7 +191,7 @@ class McapWriter:
             )
             self._statistics.schema_count += 1
             self._add_record(Opcode.SCHEMA, schema)
-        channel = Channel(
+        channel = records.Channel(
             id=number,
             topic=topic.name,
             message_encoding='cdr',
@@ -216,7 +204,7 @@ class McapWriter:
         self._statistics.channel_count += 1
         self._add_record(Opcode.CHANNEL, channel)
 
-    def _add_record(self, kind: Opcode, record: McapRecord) -> None:
+    def _add_record(self, kind: Opcode, record: records.McapRecord) -> None:
         data = encode(record)
         self._summary[kind] += data
         self._chunk.add_record(data)
@@ -236,7 +224,7 @@ class McapWriter:
         offset = self._position
         offsets, indexes = self._chunk.encode_indexes(offset + len(data))
         self._append(data, indexes)
-        index = ChunkIndex(
+        index = records.ChunkIndex(
             chunk_length=len(data),
             chunk_start_offset=offset,
             compression=chunk.compression,
@@ -293,7 +281,7 @@ class McapWriter:
         self._position += sum(map(len, parts))
 
 
-def _is_complete(summary: Summary, total: Statistics) -> bool:
+def _is_complete(summary: Summary, total: records.Statistics) -> bool:
     """Return whether a summary describes all channels and counts all messages."""
     counts, schemas = total.channel_message_counts, {0, *summary.schemas}
     return (

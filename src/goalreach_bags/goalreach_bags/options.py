@@ -40,7 +40,6 @@ class TopicSelection:
     )
 
     def __post_init__(self) -> None:
-        """Check the patterns."""
         for flag, patterns in (('--regex', self.patterns), ('--exclude-regex', self.exclude)):
             for pattern in patterns:
                 _require_pattern(flag, pattern)

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 import logging
 from pathlib import Path
 import shutil
@@ -22,7 +21,7 @@ from goalreach_bags.metadata import (
     total_span,
 )
 from goalreach_bags.sqlite_file import SqliteReader
-from goalreach_bags.storage import BagError, storage_files
+from goalreach_bags.storage import BagError, BagMessage, storage_files
 from goalreach_bags.topic import merge_topics
 
 _FRAME_HEAD_BYTES: Final = 18
@@ -31,21 +30,6 @@ _FRAME_HEAD_BYTES: Final = 18
 _LOG: Final = logging.getLogger(__name__)
 _StorageReader = McapReader | SqliteReader
 _READERS: Final[Mapping[str, type[_StorageReader]]] = {'mcap': McapReader, 'sqlite3': SqliteReader}
-
-
-@dataclass(frozen=True, kw_only=True)
-class BagMessage:
-    """A message of a bag.
-
-    Attributes:
-        topic: Name of its topic.
-        time_ns: Receive time.
-        data: The serialized message.
-    """
-
-    topic: str
-    time_ns: int
-    data: bytes
 
 
 class BagReader(ExitStack):

@@ -60,7 +60,6 @@ class RecordingResult:
     stopped: str = ''
 
     def __str__(self) -> str:
-        """Return the one line that ends a recording."""
         lost = ', '.join(f'{count} of {name}' for name, count in sorted(self.lost.items()))
         return (
             f'recorded {sum(self.counts.values())} messages of {len(self.counts)} topics, '

@@ -36,7 +36,6 @@ class RepairResult:
     was_sound: bool
 
     def __str__(self) -> str:
-        """Return it as one line."""
         holds = f'{self.messages} messages, {self.duration_s:.1f} s'
         if self.was_sound:
             return f'{self.path}: nothing to repair: {holds}'

@@ -11,9 +11,7 @@ from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import CLOCK_KEY, PARAMETERS_KEY, lost_messages
 
-_NS = 1e-9
-
-
+_NS: Final = 1e-9
 _DECODED: Final = ('ros2msg', 'ros2idl', '')
 _CHECKED_BYTES: Final = 256_000_000
 """Bags up to this size are read whole without being asked, in seconds. Chosen."""

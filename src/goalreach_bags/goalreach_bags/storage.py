@@ -42,6 +42,23 @@ class BagStoppedError(BagError):
         super().__init__(path, problem)
 
 
+@dataclass(frozen=True, kw_only=True, order=True)
+class BagMessage:
+    """A message of a bag, ordered by time, topic and data.
+
+    The data decides between several publishers of a topic, which have no other order.
+
+    Attributes:
+        time_ns: Receive time.
+        topic: Name of its topic.
+        data: The serialized message.
+    """
+
+    time_ns: int
+    topic: str
+    data: bytes
+
+
 @dataclass(kw_only=True)
 class FileSpan:
     """Counts and times of the messages of one file of a bag, added while they are written or read.

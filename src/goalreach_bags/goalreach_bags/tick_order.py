@@ -10,28 +10,13 @@ from dataclasses import dataclass, field, replace
 import math
 from typing import Final
 
+from goalreach_bags.storage import BagMessage
+
 _HELD_TICKS: Final = 2
 """Ticks held back for late messages. All that belongs to a tick has been published when the next
 one is answered; the second is for messages that overtake others on their way."""
 
 _BEFORE_FIRST_NS: Final = -1
-
-
-@dataclass(frozen=True, kw_only=True, order=True)
-class TimedMessage:
-    """A message with its receive time, ordered by time, topic and data.
-
-    The data decides between several publishers of a topic, which have no other order.
-
-    Attributes:
-        time_ns: Receive time in the graph's clock.
-        topic: Name of the topic.
-        data: The serialized message.
-    """
-
-    time_ns: int
-    topic: str
-    data: bytes
 
 
 @dataclass
@@ -48,7 +33,7 @@ class TickOrder:
     stamp_ns: int | None = None
     repeats: int = 0
     _missing: dict[int, set[str]] = field(default_factory=dict)
-    _waiting: list[TimedMessage] = field(default_factory=list)
+    _waiting: list[BagMessage] = field(default_factory=list)
     _last: dict[str, bytes] = field(default_factory=dict)
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> bool:
@@ -72,7 +57,7 @@ class TickOrder:
             self.stamp_ns = max(self.stamp_ns or 0, stamp_ns)
             self._missing.setdefault(stamp_ns, set(self.required)).discard(topic)
         time_ns = _BEFORE_FIRST_NS if stamp_ns is None else stamp_ns
-        self._waiting.append(TimedMessage(time_ns=time_ns, topic=topic, data=data))
+        self._waiting.append(BagMessage(time_ns=time_ns, topic=topic, data=data))
         return True
 
     @property
@@ -80,7 +65,7 @@ class TickOrder:
         """Whether the latest tick has a message of every required topic."""
         return self.stamp_ns is not None and not self._missing.get(self.stamp_ns)
 
-    def settled(self) -> Iterator[TimedMessage]:
+    def settled(self) -> Iterator[BagMessage]:
         """Yield, in order, the messages before which no other can come any more."""
         ticks = sorted(self._missing)
         if not self.complete or len(ticks) <= _HELD_TICKS:
@@ -88,11 +73,11 @@ class TickOrder:
         self._missing = {stamp: self._missing[stamp] for stamp in ticks[-_HELD_TICKS:]}
         yield from self._take(ticks[-_HELD_TICKS])
 
-    def rest(self) -> Iterator[TimedMessage]:
+    def rest(self) -> Iterator[BagMessage]:
         """Yield all remaining messages, in order."""
         yield from self._take(math.inf)
 
-    def _take(self, limit_ns: float) -> Iterator[TimedMessage]:
+    def _take(self, limit_ns: float) -> Iterator[BagMessage]:
         """Yield messages before a time; those before the first tick get its time."""
         taken = [message for message in self._waiting if message.time_ns < limit_ns]
         self._waiting = [message for message in self._waiting if message.time_ns >= limit_ns]

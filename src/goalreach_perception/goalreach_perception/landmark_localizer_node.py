@@ -71,7 +71,6 @@ class LandmarkLocalizerNode(Node):
     """
 
     def __init__(self) -> None:
-        """Declare parameters, build the core, create publishers and subscriptions."""
         super().__init__(_NAME)
         live = [f'noise.{field.name}' for field in fields(NoiseModel)]
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)

@@ -33,7 +33,6 @@ class StateEstimatorNode(Node):
     """
 
     def __init__(self) -> None:
-        """Declare parameters, build the core, create publishers and subscriptions."""
         super().__init__(_NAME)
         self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
         self._reply = StampedReply()

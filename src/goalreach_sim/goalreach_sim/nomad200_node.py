@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.pose_messages import twist_from_raw
@@ -19,14 +20,6 @@ from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RELIABLE_QOS, subscribe
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.sensor_messages import head_from_raw
-from goalreach_msgs_py.topics import (
-    CMD_VEL,
-    HEAD_COMMAND,
-    MARKERS,
-    PAUSE_SERVICE,
-    RESET_SERVICE,
-    ROBOT,
-)
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
 from goalreach_sim.ros.command_guard import CommandGuard
@@ -58,7 +51,7 @@ class Nomad200Node(Node):
     """
 
     def __init__(self) -> None:
-        super().__init__(ROBOT)
+        super().__init__(topics.ROBOT)
         live = ['start_pose', *(f'noise.{field.name}' for field in fields(NoiseModel))]
         self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
@@ -70,7 +63,7 @@ class Nomad200Node(Node):
         self._lockstep = timing.clock == 'lockstep'
         self._frames = FramePublisher(self, config)
         self._diagnostics = Diagnostics(self)
-        self._markers = self.create_publisher(MarkerArray, MARKERS, LATCHED_QOS)
+        self._markers = self.create_publisher(MarkerArray, topics.MARKERS, LATCHED_QOS)
         self._markers.publish(arena_markers(config, regions.region_map))
         self._guard = CommandGuard(
             self,
@@ -80,10 +73,10 @@ class Nomad200Node(Node):
         )
         self._head_target: HeadAngles | None = None
         self._was_placed = False
-        self._subscribe(TwistStamped, CMD_VEL, twist_from_raw, self._drive)
-        self._subscribe(JointState, HEAD_COMMAND, head_from_raw, self._turn_head)
-        self.create_service(Trigger, RESET_SERVICE, self._on_reset)
-        self.create_service(SetBool, PAUSE_SERVICE, self._on_pause)
+        self._subscribe(TwistStamped, topics.CMD_VEL, twist_from_raw, self._drive)
+        self._subscribe(JointState, topics.HEAD_COMMAND, head_from_raw, self._turn_head)
+        self.create_service(Trigger, topics.RESET_SERVICE, self._on_reset)
+        self.create_service(SetBool, topics.PAUSE_SERVICE, self._on_pause)
         self._tick_clock = self._start_clock(timing)
 
     def _start_clock(self, timing: TimeConfig) -> LockstepClock | RealtimeClock:
@@ -185,7 +178,7 @@ class Nomad200Node(Node):
 
 def main() -> None:
     """Run the node until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_nodes(ROBOT, [Nomad200Node]))
+    raise SystemExit(run_nodes(topics.ROBOT, [Nomad200Node]))
 
 
 if __name__ == '__main__':

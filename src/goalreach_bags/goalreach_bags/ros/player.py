@@ -24,9 +24,9 @@ from std_srvs.srv import Trigger
 
 from goalreach_bags.decode import Decoder
 from goalreach_bags.options import ReplayOptions
-from goalreach_bags.reader import BagMessage, BagReader
+from goalreach_bags.reader import BagReader
 from goalreach_bags.ros.qos_profiles import publisher_profile, read_overrides
-from goalreach_bags.storage import BagError
+from goalreach_bags.storage import BagError, BagMessage
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.errors import CommandError, GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
@@ -115,7 +115,6 @@ class Player(Node):
         is_over: Callable[[], bool],
         key: Callable[[float], str],
     ) -> None:
-        """Create the publishers."""
         rules = [argument for rule in options.remap for argument in ('--remap', rule)]
         try:
             super().__init__(

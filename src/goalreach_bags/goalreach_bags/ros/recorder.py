@@ -56,7 +56,6 @@ class Recorder(Node):
     """
 
     def __init__(self, options: RecordOptions) -> None:
-        """Make the bag."""
         super().__init__(RECORDER, start_parameter_services=False, enable_rosout=False)
         self._options = options
         self._path = options.bag or Path(time.strftime('goalreach-%Y-%m-%d-%H-%M-%S'))

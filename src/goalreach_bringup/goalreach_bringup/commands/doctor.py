@@ -22,6 +22,7 @@ _ROS_PROBE: Final = """
 import rclpy.utilities
 print(rclpy.utilities.get_rmw_implementation_identifier(), 'in', rclpy.__path__[0])
 """
+_NOT_INSTALLED: Final = 'not installed by pip'
 _LEAST_SHARED_MB: Final = 64
 """Least free shared memory, MB: a segment of 16 MB (`fastdds.xml`) for each of four processes."""
 
@@ -47,14 +48,10 @@ def _python() -> str:
 
 
 def _installed() -> str:
-    return f'{_version("goalreach")}, from {Path(__file__).parents[2]}'
+    return f'{_version("goalreach") or _NOT_INSTALLED}, from {Path(__file__).parents[2]}'
 
 
-def _version(distribution: str) -> str:
-    return _find_version(distribution) or 'not installed by pip'
-
-
-def _find_version(distribution: str) -> str | None:
+def _version(distribution: str) -> str | None:
     try:
         return version(distribution)
     except PackageNotFoundError:
@@ -93,7 +90,7 @@ def _shared_memory() -> str:
 
 
 def _page() -> str:
-    found = _find_version('nicegui')
+    found = _version('nicegui')
     if found is None:
         raise GoalreachError('nicegui is missing; the live page needs the extra `dashboard`')
     with bind('127.0.0.1', None) as listener:
@@ -102,7 +99,7 @@ def _page() -> str:
 
 def _extras() -> str:
     names = ('gymnasium', 'distributed', 'pyarrow', 'stable-baselines3')
-    return ', '.join(f'{name} {_version(name)}' for name in names)
+    return ', '.join(f'{name} {_version(name) or _NOT_INSTALLED}' for name in names)
 
 
 _FINDINGS: Final[dict[str, Callable[[], str]]] = {

@@ -75,7 +75,6 @@ class ChildProcess:
         environment: Mapping[str, str],
         log_path: Path,
     ) -> None:
-        """Start the process."""
         self.name = name
         self.log_path = log_path
         self._log = log_path.open('a+', encoding='utf-8', errors='replace')

@@ -40,7 +40,6 @@ class TickLog(Sequence[Tick]):
     """Ticks in the order of their stamps, stored in 64 bytes each."""
 
     def __init__(self) -> None:
-        """Create an empty log."""
         self._stamps_ns = array('q')
         self._numbers = array('d')
 
@@ -130,7 +129,6 @@ class PathEvaluator:
     def __init__(
         self, starts: Sequence[Pose2], regions: RegionMap, *, first_path: int = 0
     ) -> None:
-        """Start before the first path."""
         self._starts = tuple(starts)
         self._regions = regions
         self._path = first_path

@@ -69,8 +69,7 @@ def plan_parameters(
     Raises:
         ConfigurationError: A value is refused; the line names node, parameter and value.
     """
-    poses = tuple(starts)
-    numbers = tuple(v for p in poses for v in (p.x_m, p.y_m, p.heading_rad))
+    numbers = tuple(v for p in starts for v in (p.x_m, p.y_m, p.heading_rad))
     mission = _mission(options, numbers, policy_path, seeds, learning)
     defaults = _defaults(options.noise, arena, mission, seeds)
     faults = flatten_config(FaultParameters())
@@ -143,14 +142,10 @@ def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> 
 
 def _check(parameters: NodeParameters) -> None:
     """Build every configuration once, to report a mistake before anything starts."""
-    for node, configs in NODE_CONFIGS.items():
-        for cls in configs:
-            _build(node, cls, parameters[node])
-
-
-def _build(node: str, cls: type[object], values: dict[str, Any]) -> None:
     try:
-        build_config(cls, values)
+        for node, configs in NODE_CONFIGS.items():
+            for cls in configs:
+                build_config(cls, parameters[node])
     except ConfigurationError as error:
         name = f'{node}.{error.field}'
         raise ConfigurationError(name, error.value, error.allowed) from None
@@ -173,8 +168,7 @@ def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[s
     """
     controller = {'first_path': progress.path, 'resume': progress.placed}
     changes: dict[str, dict[str, Any]] = {CONTROLLER: controller}
-    if progress.truth is not None:
-        truth = progress.truth
+    if (truth := progress.truth) is not None:
         changes[ROBOT] = {
             'start_pose': (truth.x_m, truth.y_m, truth.heading_rad),
             'start_time_ns': progress.last_ns + (_AHEAD_NS if lockstep else 0),

@@ -36,7 +36,7 @@ def parse_values(text: str) -> dict[str, Any]:
     return values
 
 
-def build_message(kind: Any, values: Any) -> tuple[Any, list[Stamper]]:  # noqa: ANN401
+def build_message(kind: Any, values: Any) -> tuple[Any, list[Stamper]]:
     """Return a message with the named fields set; the others keep their defaults.
 
     Numbers, strings and booleans are converted where nothing is lost (1 to 1.0, '1e-3' to
@@ -58,7 +58,7 @@ def build_message(kind: Any, values: Any) -> tuple[Any, list[Stamper]]:  # noqa:
     return message, _fill(message, values, '')
 
 
-def _fill(message: Any, values: Any, path: str) -> list[Stamper]:  # noqa: ANN401
+def _fill(message: Any, values: Any, path: str) -> list[Stamper]:
     """Set the fields of the message that is found at the path, which ends with a dot."""
     if not isinstance(values, dict):
         raise _refuse(path.rstrip('.') or 'message', values, 'a dictionary')
@@ -79,13 +79,7 @@ def _fill(message: Any, values: Any, path: str) -> list[Stamper]:  # noqa: ANN40
     return stampers
 
 
-def _convert(
-    current: Any,  # noqa: ANN401
-    value: Any,  # noqa: ANN401
-    kind: str,
-    path: str,
-    stampers: list[Stamper],
-) -> Any:  # noqa: ANN401
+def _convert(current: Any, value: Any, kind: str, path: str, stampers: list[Stamper]) -> Any:
     """Return the value as the type that the field holds now."""
     if hasattr(current, 'get_fields_and_field_types'):
         return _convert_message(type(current), value, kind, path, stampers)
@@ -94,27 +88,22 @@ def _convert(
     if not isinstance(value, _SEQUENCES):
         raise _refuse(path, value, 'a list')
     where = [f'{path}[{i}]' for i in range(len(value))]
-    if isinstance(current, array.array):
-        element = float if current.typecode in 'fd' else int
+    if isinstance(current, (array.array, np.ndarray)):
+        code = current.typecode if isinstance(current, array.array) else current.dtype.char
+        element = float if code in 'fd' else int
         numbers = [_scalar(element, v, w) for v, w in zip(value, where, strict=True)]
         try:
-            return array.array(current.typecode, numbers)
+            if isinstance(current, np.ndarray):
+                return np.array(numbers, dtype=code)
+            return array.array(code, numbers)
         except OverflowError as error:
             raise CommandError(f'Failed to populate field: {path}: {error}') from None
-    if isinstance(current, np.ndarray):
-        element = float if current.dtype.kind == 'f' else int
-        numbers = [_scalar(element, v, w) for v, w in zip(value, where, strict=True)]
-        return np.array(numbers, dtype=current.dtype)
     return [_element(kind, v, w, stampers) for v, w in zip(value, where, strict=True)]
 
 
 def _convert_message(
-    message_type: Any,  # noqa: ANN401
-    value: Any,  # noqa: ANN401
-    kind: str,
-    path: str,
-    stampers: list[Stamper],
-) -> Any:  # noqa: ANN401
+    message_type: Any, value: Any, kind: str, path: str, stampers: list[Stamper]
+) -> Any:
     message = message_type(check_fields=True)
     if kind == 'std_msgs/Header' and value == 'auto':
         stampers.append(lambda now: setattr(message, 'stamp', now))
@@ -125,11 +114,11 @@ def _convert_message(
     return message
 
 
-def _copy_time(target: Any, now: Any) -> None:  # noqa: ANN401
+def _copy_time(target: Any, now: Any) -> None:
     target.sec, target.nanosec = now.sec, now.nanosec
 
 
-def _element(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any:  # noqa: ANN401
+def _element(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any:
     """Return one element of a list of messages, strings, booleans or bytes."""
     match = _ELEMENT.match(kind)
     name = match['of'] if match else kind
@@ -138,7 +127,7 @@ def _element(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any: 
     return _scalar({'boolean': bool, 'octet': bytes}.get(name, str), value, path)
 
 
-def _scalar(kind: type, value: Any, path: str) -> Any:  # noqa: ANN401
+def _scalar(kind: type, value: Any, path: str) -> Any:
     """Return the value as a bool, int, float, str or one byte, if nothing is lost."""
     if value is None or isinstance(value, (dict, *_SEQUENCES)):
         raise _refuse(path, value, f'of type {kind.__name__}')

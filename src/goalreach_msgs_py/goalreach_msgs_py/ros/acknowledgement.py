@@ -36,7 +36,6 @@ class Acknowledger:
     """
 
     def __init__(self, node: Node, *, window_ticks: int) -> None:
-        """Register."""
         self._node = node
         name = node.get_name()
         window = KeyValue(key=_WINDOW_KEY, value=str(window_ticks))
@@ -78,7 +77,6 @@ class AcknowledgementGate:
     def __init__(
         self, node: Node, consumers: Sequence[str], *, period_ns: int, on_room: Callable[[], None]
     ) -> None:
-        """Listen to the consumers."""
         self._node = node
         self._period_ns = period_ns
         self._on_room = on_room

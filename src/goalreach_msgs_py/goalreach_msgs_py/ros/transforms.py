@@ -102,7 +102,6 @@ class TransformPublisher:
     """
 
     def __init__(self, node: Node, static: list[TransformStamped] | None = None) -> None:
-        """Look for tf2_msgs and make the publishers."""
         self._message: Any = None
         try:
             self._message = importlib.import_module('tf2_msgs.msg').TFMessage

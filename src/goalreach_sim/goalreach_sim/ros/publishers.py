@@ -15,6 +15,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, Lase
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.pose_messages import odometry_to_raw
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.ros.messaging import (
@@ -37,18 +38,6 @@ from goalreach_msgs_py.sensor_messages import (
     compressed_image_to_raw,
     head_to_raw,
     image_to_raw,
-)
-from goalreach_msgs_py.topics import (
-    BUMPERS,
-    CAMERA_INFO,
-    CLOCK,
-    COMPRESSED_IMAGE,
-    GROUND_TRUTH,
-    IMAGE,
-    JOINT_STATES,
-    MAP_FRAME,
-    ODOM,
-    ODOM_FRAME,
 )
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator_config import SimulatorConfig
@@ -77,7 +66,9 @@ class CompressedImagePublisher:
     """
 
     def __init__(self, node: Node) -> None:
-        self._publisher = node.create_publisher(CompressedImage, COMPRESSED_IMAGE, SENSOR_QOS)
+        self._publisher = node.create_publisher(
+            CompressedImage, topics.COMPRESSED_IMAGE, SENSOR_QOS
+        )
         self._published_s = -math.inf
 
     def publish_if_due(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
@@ -107,14 +98,14 @@ class FramePublisher:
     def __init__(self, node: Node, config: SimulatorConfig) -> None:
         self._config = config
         self._reply = StampedReply()
-        self._clock = node.create_publisher(Clock, CLOCK, RELIABLE_QOS)
-        self._image = node.create_publisher(Image, IMAGE, SENSOR_QOS)
+        self._clock = node.create_publisher(Clock, topics.CLOCK, RELIABLE_QOS)
+        self._image = node.create_publisher(Image, topics.IMAGE, SENSOR_QOS)
         self._compressed = CompressedImagePublisher(node)
-        self._camera = node.create_publisher(CameraInfo, CAMERA_INFO, SENSOR_QOS)
-        self._odom = node.create_publisher(Odometry, ODOM, RELIABLE_QOS)
-        self._joints = node.create_publisher(JointState, JOINT_STATES, RELIABLE_QOS)
-        self._bumpers = node.create_publisher(LaserScan, BUMPERS, RELIABLE_QOS)
-        self._truth = node.create_publisher(Odometry, GROUND_TRUTH, DEEP_QOS)
+        self._camera = node.create_publisher(CameraInfo, topics.CAMERA_INFO, SENSOR_QOS)
+        self._odom = node.create_publisher(Odometry, topics.ODOM, RELIABLE_QOS)
+        self._joints = node.create_publisher(JointState, topics.JOINT_STATES, RELIABLE_QOS)
+        self._bumpers = node.create_publisher(LaserScan, topics.BUMPERS, RELIABLE_QOS)
+        self._truth = node.create_publisher(Odometry, topics.GROUND_TRUTH, DEEP_QOS)
         self._transforms = TransformPublisher(node, [optical_transform()])
 
     def publish(self, frame: SensorFrame, stamp_ns: int) -> None:
@@ -122,8 +113,8 @@ class FramePublisher:
         send = self._reply.send
         self._reply.begin(stamp_ns)
         send(self._clock, clock_to_raw(stamp_ns))
-        send(self._truth, odometry_to_raw(frame.truth, stamp_ns, frame_id=MAP_FRAME))
-        send(self._odom, odometry_to_raw(frame.odometry, stamp_ns, frame_id=ODOM_FRAME))
+        send(self._truth, odometry_to_raw(frame.truth, stamp_ns, frame_id=topics.MAP_FRAME))
+        send(self._odom, odometry_to_raw(frame.odometry, stamp_ns, frame_id=topics.ODOM_FRAME))
         send(self._joints, head_to_raw(frame.joints, stamp_ns))
         radius_m, scan_s = self._config.body_radius_m, self._config.period_ns * 1e-9
         bumpers = bumpers_to_raw(
@@ -187,7 +178,9 @@ def _marker(
     *,
     shape: int = Marker.CUBE,
 ) -> Marker:
-    marker = Marker(header=header(0, MAP_FRAME), ns=namespace, id=index, type=shape, color=color)
+    marker = Marker(
+        header=header(0, topics.MAP_FRAME), ns=namespace, id=index, type=shape, color=color
+    )
     marker.pose.position = Point(x=centre[0], y=centre[1], z=centre[2])
     marker.pose.orientation.w = 1.0
     marker.scale.x, marker.scale.y, marker.scale.z = size

@@ -63,7 +63,6 @@ class RunMonitor(Node):
         first_path: int = 0,
         remaps: Sequence[str] = (),
     ) -> None:
-        """Subscribe."""
         rules = [word for rule in remaps for word in ('--remap', rule)]
         super().__init__(MONITOR, cli_args=['--ros-args', *rules] if rules else None)
         self._policy = policy

@@ -48,7 +48,6 @@ class RunSession:
     """
 
     def __init__(self, options: RunOptions) -> None:
-        """Choose arena, starts and seeds."""
         self._options = options
         self._arena = choose_arena(options.arena)
         self._seeds = RunSeeds.spawn(options.seed)

@@ -37,7 +37,6 @@ class LivenessProbe:
     """
 
     def __init__(self, watcher: Node, name: str, *, limit_s: float = 4.0) -> None:
-        """Make the client."""
         self.limit_s = limit_s
         self._client = AsyncParameterClient(watcher, name)
         self._requested_s: float | None = None
@@ -136,7 +135,6 @@ class Graph:
         composed: bool,
         remaps: Sequence[str] = (),
     ) -> None:
-        """Prepare; nothing is started yet."""
         self._parameters = parameters
         self._directory = directory
         self._environment = environment

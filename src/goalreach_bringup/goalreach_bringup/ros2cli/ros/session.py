@@ -155,7 +155,7 @@ class Session(ExitStack):
         Returns:
             Whether the condition held within the time allowed for discovery.
         """
-        holds = found or self._is_not_alone
+        holds = found or (lambda: len(self.node.get_node_names()) > 1)
         end_s = time.monotonic() + self._spin_time_s
         graph: object = None
         while True:
@@ -193,9 +193,6 @@ class Session(ExitStack):
     def services(self) -> dict[str, list[str]]:
         """Return the types of each service of the graph by its name, hidden ones too."""
         return dict(sorted(self.node.get_service_names_and_types()))
-
-    def _is_not_alone(self) -> bool:
-        return len(self.node.get_node_names()) > 1
 
     def _is_complete(self) -> bool:
         """Return whether a node of each participant of this machine is known by its name."""

@@ -126,10 +126,8 @@ class _Echo:
 
     def __init__(self, args: argparse.Namespace, path: list[str]) -> None:
         self.count = 0
+        self._args = args
         self._path = path
-        self._csv: bool = args.csv
-        self._with_info: bool = args.include_message_info
-        self._passes = args.filter
         self._options = text_options(args)
 
     def on_message(self, message: Any, info: dict[str, Any]) -> None:
@@ -139,15 +137,15 @@ class _Echo:
             CommandError: It has no such field, or cannot be filtered.
         """
         value = _select(message, self._path)
-        if self._passes is not None and not self._passes(value):
+        if self._args.filter is not None and not self._args.filter(value):
             return
         if not hasattr(value, 'get_fields_and_field_types'):
             text = self._plain(value, info)
-        elif self._csv:
-            values = [*map(str, info.values())] if self._with_info else []
+        elif self._args.csv:
+            values = [*map(str, info.values())] if self._args.include_message_info else []
             text = ','.join([*values, message_to_csv(value, self._options)]) + '\n'
         else:
-            head = f'{yaml.dump(info)}---\n' if self._with_info else ''
+            head = f'{yaml.dump(info)}---\n' if self._args.include_message_info else ''
             text = f'{head}{message_to_yaml(value, self._options)}---\n'
         print(text, end='', flush=True)
         self.count += 1
@@ -155,7 +153,7 @@ class _Echo:
     def _plain(self, value: object, info: dict[str, Any]) -> str:
         """Return the text of a number, a string, an array or serialized bytes."""
         head = ''
-        if self._with_info:
+        if self._args.include_message_info:
             head = f'---Got new message, message info:---\n{info}\n---Message data:---\n'
         return f'{head}{value}\n---\n'
 

@@ -13,7 +13,7 @@ from goalreach_bringup.ros2cli.arguments import (
     positive_int,
     values_text,
 )
-from goalreach_bringup.ros2cli.message_fields import Stamper, build_message, parse_values
+from goalreach_bringup.ros2cli.message_fields import build_message, parse_values
 from goalreach_bringup.ros2cli.ros.qos import (
     add_qos_arguments,
     compatible_profile,
@@ -65,39 +65,22 @@ def publish(args: argparse.Namespace) -> None:
         publisher = session.node.create_publisher(kind, args.topic_name, profile)
         _wait_for_subscriptions(session, publisher, args, 1 if times else 0)
         print('publisher: beginning loop', flush=True)
-        loop = _Loop(session.node, publisher, message, stampers, args.print)
-        loop.publish()
-        timer = session.node.create_timer(1.0 / args.rate, loop.publish)
-        session.spin_until(lambda: times is not None and loop.count >= times)
+        published = 0
+
+        def publish_once() -> None:
+            nonlocal published
+            for stamp in stampers:
+                stamp(session.node.get_clock().now().to_msg())
+            published += 1
+            if args.print and published % args.print == 0:
+                print(f'publishing #{published}: {message!r}\n', flush=True)
+            publisher.publish(message)
+
+        publish_once()
+        timer = session.node.create_timer(1.0 / args.rate, publish_once)
+        session.spin_until(lambda: times is not None and published >= times)
         timer.cancel()
         session.spin_until(lambda: False, args.keep_alive)
-
-
-class _Loop:
-    """Publishes the same message repeatedly, with current stamps.
-
-    Attributes:
-        count: Messages published.
-    """
-
-    def __init__(
-        self, node: Any, publisher: Any, message: Any, stampers: list[Stamper], print_every: int
-    ) -> None:
-        self.count = 0
-        self._node = node
-        self._publisher = publisher
-        self._message = message
-        self._stampers = stampers
-        self._print_every = print_every
-
-    def publish(self) -> None:
-        """Publish the message once."""
-        for stamp in self._stampers:
-            stamp(self._node.get_clock().now().to_msg())
-        self.count += 1
-        if self._print_every and self.count % self._print_every == 0:
-            print(f'publishing #{self.count}: {self._message!r}\n', flush=True)
-        self._publisher.publish(self._message)
 
 
 def _wait_for_subscriptions(
