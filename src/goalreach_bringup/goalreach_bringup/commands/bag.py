@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import goalreach_bags as bags
 from goalreach_bringup.command import Command
 from goalreach_msgs_py.options import REQUIRED, CommandOptions, SeededOptions, option
 
@@ -68,22 +69,19 @@ class CompareOptions(CommandOptions):
 
 
 def _info(options: InfoOptions) -> int:
-    from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_bag
 
-    with BagReader(options.bag) as bag:
+    with bags.BagReader(options.bag) as bag:
         show_bag(bag, check=options.check)
     return 0
 
 
 def _plot(options: PlotOptions) -> int:
-    from goalreach_bags.reader import BagReader
     from goalreach_bags.run_figures import run_figures
-    from goalreach_bags.run_series import read_run_series
     from goalreach_evaluation.figures.figure_file import write_figure
 
-    with BagReader(options.bag) as bag:
-        series = read_run_series(bag)
+    with bags.BagReader(options.bag) as bag:
+        series = bags.read_run_series(bag)
     folder = options.out or options.bag.with_name(f'{options.bag.name}-figures')
     for name, figure in run_figures(series).items():
         for path in write_figure(figure, folder, name):
@@ -92,20 +90,16 @@ def _plot(options: PlotOptions) -> int:
 
 
 def _export(options: ExportOptions) -> int:
-    from goalreach_bags.decode import Decoder
-    from goalreach_bags.export import MessageTable, write_table
-    from goalreach_bags.reader import BagReader
-
     topic = options.topic if options.topic.startswith('/') else f'/{options.topic}'
-    table = MessageTable(max_array=options.max_array)
-    with BagReader(options.bag) as bag:
+    table = bags.MessageTable(max_array=options.max_array)
+    with bags.BagReader(options.bag) as bag:
         bag.require([topic])
-        decoder = Decoder([bag.topics[topic]])
+        decoder = bags.Decoder([bag.topics[topic]])
         for message in bag.messages([topic]):
             table.add(message.time_ns, decoder.decode(topic, message.data))
     table.make_numbers()
     path = options.out or Path(f'{topic.strip("/").replace("/", "_")}.csv')
-    write_table(path, table)
+    bags.write_table(path, table)
     left_out = f', without {", ".join(sorted(table.left_out))}' if table.left_out else ''
     print(f'{table.rows} messages, {len(table.columns)} columns{left_out}: {path}')
     return 0
@@ -129,17 +123,14 @@ def _reference(options: ReferenceOptions) -> int:
 
 def _compare(options: CompareOptions) -> int:
     """Print a table; return 1 where the bags differ."""
-    from goalreach_bags.compare import WALL_CLOCK_TOPICS, compare_bags
-    from goalreach_bags.options import TopicSelection
-    from goalreach_bags.reader import BagReader
+    from goalreach_bags.compare import WALL_CLOCK_TOPICS
     from goalreach_bags.report import show_comparison
 
     exclude = options.exclude or tuple(f'^{name}$' for name in WALL_CLOCK_TOPICS)
-    selection = TopicSelection(names=options.topics, exclude=exclude)
-    with BagReader(options.bag) as first, BagReader(options.other) as second:
-        comparisons = compare_bags(
-            first, second, selection.includes, times=not options.ignore_times
-        )
+    selection = bags.TopicSelection(names=options.topics, exclude=exclude)
+    times = not options.ignore_times
+    with bags.BagReader(options.bag) as first, bags.BagReader(options.other) as second:
+        comparisons = bags.compare_bags(first, second, selection.includes, times=times)
     show_comparison(comparisons)
     return 0 if all(comparison.same for comparison in comparisons) else 1
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import goalreach_evaluation as evaluation
 from goalreach_evaluation.choices import arena_option, policy_option
 from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
-    from goalreach_evaluation.summary_file import RecordedRun
     from goalreach_learning.policy import Policy
 
 
@@ -42,16 +42,15 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: A file cannot be read or written.
     """
-    from goalreach_evaluation.choices import choose_arena, choose_policy
     from goalreach_evaluation.figures.figure_file import write_animation, write_figure
     from goalreach_evaluation.figures.paper_figures import paper_figures, path_animation
-    from goalreach_evaluation.summary_file import read_recorded_run
 
-    arena = choose_arena(options.arena)
+    arena = evaluation.choose_arena(options.arena)
     if options.policy is None:
         print('no --policy given: learning one')
-    policy = choose_policy(options.policy, arena, options.seed)
-    recorded = None if options.evaluation is None else read_recorded_run(options.evaluation)
+    policy = evaluation.choose_policy(options.policy, arena, options.seed)
+    given = options.evaluation
+    recorded = None if given is None else evaluation.read_recorded_run(given)
     driven = _drive(options, policy) if options.drive and recorded is None else recorded
     origin = Path(options.policy).name if options.policy else f'learned with seed {options.seed}'
     endings = ('svg', 'png') if options.format == 'both' else (options.format,)
@@ -65,10 +64,10 @@ def execute(options: Options) -> int:
     return 0
 
 
-def _drive(options: Options, policy: Policy) -> RecordedRun:
+def _drive(options: Options, policy: Policy) -> evaluation.RecordedRun:
     """Drive every start through rendered images with nominal noise."""
-    from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.summary_file import recorded_run
 
-    request = EvaluationRequest(policy=policy, arena=options.arena, seed=options.seed)
-    return recorded_run(evaluate(request).to_json())
+    arena, seed = options.arena, options.seed
+    request = evaluation.EvaluationRequest(policy=policy, arena=arena, seed=seed)
+    return recorded_run(evaluation.evaluate(request).to_json())

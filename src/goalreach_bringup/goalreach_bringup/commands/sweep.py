@@ -8,14 +8,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import goalreach_evaluation as evaluation
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.options import REQUIRED, SeededOptions, option
-
-if TYPE_CHECKING:
-    from goalreach_evaluation.sweep import SweepCase
-
 
 SUMMARY = 'Learn and drive over seeds x noise x arenas, on processes or on a Dask cluster'
 
@@ -41,31 +38,27 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: An option or a file is refused, or workers keep dying.
     """
-    from goalreach_evaluation.results_file import ResultsFile
-    from goalreach_evaluation.sweep import KEY, drive_case, run_cases
+    from goalreach_evaluation.sweep import KEY
     from goalreach_msgs_py.files import require_writable
 
     require_writable(options.results)
     cases = _cases(options)
-    results = ResultsFile(options.results, key=KEY)
+    results = evaluation.ResultsFile(options.results, key=KEY)
     left = [case for case in cases if results.missing([case.key])]
     print(f'{len(cases) - len(left)} of {len(cases)} cases are done', flush=True)
-    for case, result in run_cases(left, drive_case, _executor(options)):
+    for case, result in evaluation.run_cases(left, evaluation.drive_case, _executor(options)):
         results.add(case.key, result)
     _show(results.results)
     return 0
 
 
-def _cases(options: Options) -> list[SweepCase]:
-    from goalreach_evaluation.choices import choose_arena, choose_noise
-    from goalreach_evaluation.sweep import SweepCase
-
+def _cases(options: Options) -> list[evaluation.SweepCase]:
     return [
-        SweepCase(
+        evaluation.SweepCase(
             arena_name=arena,
-            arena=choose_arena(arena),
+            arena=evaluation.choose_arena(arena),
             noise_name=noise,
-            noise=choose_noise(noise),
+            noise=evaluation.choose_noise(noise),
             mode=options.mode,
             drives=options.drives,
             seed=options.seed + number,
@@ -89,8 +82,6 @@ def _show(results: Sequence[dict[str, Any]]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from goalreach_evaluation.path_metrics import wilson_interval
-
     table = Table('arena', 'noise', 'mode', 'seeds', 'paths', 'to the goal', '95 % interval')
     groups: dict[tuple[str, str, str], list[dict[str, int]]] = {}
     for result in results:
@@ -99,7 +90,7 @@ def _show(results: Sequence[dict[str, Any]]) -> None:
     for key, outcomes in groups.items():
         paths = sum(sum(one.values()) for one in outcomes)
         goals = sum(one.get('goal', 0) for one in outcomes)
-        low, high = wilson_interval(goals, paths)
+        low, high = evaluation.wilson_interval(goals, paths)
         share = f'{100 * goals / paths:.2f} %'
         interval = f'{100 * low:.2f} to {100 * high:.2f} %'
         table.add_row(*key, str(len(outcomes)), str(paths), share, interval)
