@@ -2,8 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-import contextlib
-import fcntl
+import itertools
 import os
 from pathlib import Path
 import signal
@@ -13,7 +12,7 @@ import threading
 import time
 from typing import IO, Any, Final
 
-from goalreach_bringup.launch.environment import FIRST_DOMAIN, open_domain_file
+from goalreach_bringup.launch.environment import FIRST_DOMAIN, unused_domains
 from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.topics import NODES
@@ -148,13 +147,7 @@ class Stack:
 
 
 def free_domains(count: int) -> list[int]:
-    """Return domains that no stack of this user holds, from ROS_DOMAIN_ID on, else from 10 on."""
-    found: list[int] = []
+    """Return domains that nobody on this machine uses, from ROS_DOMAIN_ID on, else from 10 on."""
     given = os.environ.get('ROS_DOMAIN_ID', '')
-    domain = int(given) if given.isdecimal() else FIRST_DOMAIN
-    while len(found) < count:
-        with open_domain_file(str(domain)) as stream, contextlib.suppress(BlockingIOError):
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            found.append(domain)
-        domain += 1
-    return found
+    first = int(given) if given.isdecimal() else FIRST_DOMAIN
+    return list(itertools.islice(unused_domains(first), count))

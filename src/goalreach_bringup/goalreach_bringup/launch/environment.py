@@ -3,16 +3,21 @@
 from collections.abc import Iterator, Mapping
 import contextlib
 from contextlib import contextmanager
+import errno
 import fcntl
 import os
 from pathlib import Path
+import pwd
 import re
 import shutil
-import tempfile
+import socket
+import struct
 import time
-from typing import IO, Final
+from typing import Final
 
 from goalreach_bringup.launch.child_process import IMPORT_ENVIRONMENT
+from goalreach_bringup.ros2cli.participants_file import count_local_participants
+from goalreach_bringup.variables import HIGHEST_DOMAIN
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.node import LAUNCHER_PID
@@ -70,49 +75,68 @@ _KEPT_RUNS: Final = 20
 """Chosen: a day's work, some megabytes."""
 
 FIRST_DOMAIN: Final = 10
-
-
-class DomainTakenError(GoalreachError):
-    """Another stack runs in the ROS domain."""
+_LOCK: Final = '\0goalreach-domain-'
+"""Start of the name of the Unix socket that locks a domain. Names that begin with a zero byte are
+no files: all users of a machine (of a network namespace) share them, and none outlives its
+process."""
+_PEER: Final = struct.Struct('iII')
+"""Process, user and group of a socket's peer (`ucred` in unix(7))."""
 
 
 @contextmanager
 def domain_lock() -> Iterator[None]:
-    """Lock this process's ROS domain; the kernel releases it however the process ends.
+    """Lock this process's ROS domain against all users; it is released however the process ends.
 
     Raises:
-        GoalreachError: Another stack of this user holds it.
+        GoalreachError: Another stack of this machine holds it.
     """
-    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    with open_domain_file(domain) as stream:
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
+    with socket.socket(socket.AF_UNIX) as lock:
         try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            stream.seek(0)
-            holder = stream.read().strip() or 'unknown'
-            raise DomainTakenError(
-                f'ROS_DOMAIN_ID = {domain}: another graph runs there (process {holder}); '
-                'stop it, or choose another domain for this one'
+            lock.bind(f'{_LOCK}{domain}')
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise GoalreachError(
+                    f'ROS_DOMAIN_ID = {domain}: cannot be locked: {error.strerror}'
+                ) from None
+            raise GoalreachError(
+                f'ROS_DOMAIN_ID = {domain}: another graph runs there ({_holder(domain)}); stop '
+                f'it, or start this one with ROS_DOMAIN_ID={next(unused_domains(), "another")}'
             ) from None
-        stream.seek(0)
-        stream.truncate()
-        stream.write(f'{os.getpid()}\n')
-        stream.flush()
+        lock.listen(socket.SOMAXCONN)
         yield
 
 
-def open_domain_file(domain: str) -> IO[str]:
-    """Open the lock file of a ROS domain, made where it is missing.
+def unused_domains(first: int = FIRST_DOMAIN) -> Iterator[int]:
+    """Yield the ROS domains that no stack and no DDS participant of this machine uses.
 
-    Raises:
-        GoalreachError: It cannot be opened.
+    Args:
+        first: Lowest domain.
     """
-    path = Path(tempfile.gettempdir()) / f'goalreach-{os.getuid()}-domain-{domain}.lock'
+    sockets = ''
+    with contextlib.suppress(OSError):  # a sandbox may hide the table
+        sockets = Path('/proc/net/unix').read_text(encoding='ascii', errors='replace')
+    locked = set(re.findall(rf'@{_LOCK[1:]}(\d+)$', sockets, re.MULTILINE))
+    for domain in range(first, HIGHEST_DOMAIN + 1):
+        if str(domain) not in locked and not count_local_participants(domain):
+            yield domain
+
+
+def _holder(domain: int) -> str:
+    """Return process and user that hold the lock of a domain, as far as they can be known."""
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.setblocking(False)
+        try:
+            probe.connect(f'{_LOCK}{domain}')
+        except OSError:  # it ends just now, or too many have asked
+            return 'process unknown'
+        peer = probe.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
+    pid, uid, _ = _PEER.unpack(peer)
     try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-    except OSError as error:
-        raise GoalreachError(f'{path}: cannot be opened: {error.strerror}') from None
-    return os.fdopen(descriptor, 'r+', encoding='utf-8', errors='replace')
+        user = pwd.getpwuid(uid).pw_name
+    except KeyError:
+        user = str(uid)
+    return f'process {pid or "of a container"} of user {user}'
 
 
 SHARED_MEMORY: Final = Path('/dev/shm')  # noqa: S108 - where Linux and Fast DDS keep it
