@@ -11,7 +11,7 @@ import socket
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.errors import ConfigurationError, one_line
 
 HIGHEST_DOMAIN: Final = 232
 """Highest domain whose ports are below 65536 (DDSI-RTPS 2.2, 9.6.1.1)."""
@@ -43,7 +43,7 @@ def _one_of(*values: str) -> Check:
 
 
 def _domain(value: str, _: Mapping[str, str]) -> str:
-    good = value.isdecimal() and value.isascii() and int(value[:9]) <= HIGHEST_DOMAIN
+    good = value in map(str, range(HIGHEST_DOMAIN + 1))  # rcl reads 010 as 8
     return '' if good else f'a whole number in [0, {HIGHEST_DOMAIN}]'
 
 
@@ -55,7 +55,7 @@ def _discovery_range(value: str, _: Mapping[str, str]) -> str:
 
 def _middleware(value: str, environment: Mapping[str, str]) -> str:
     folders = [f for f in environment.get('LD_LIBRARY_PATH', '').split(os.pathsep) if f]
-    library = f'lib{value}.so'
+    library = one_line(f'lib{value}.so')
     good = '/' not in value and any(Path(folder, library).is_file() for folder in folders)
     if good or value == 'rmw_fastrtps_cpp':
         return ''
