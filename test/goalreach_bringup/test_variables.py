@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
+import subprocess
+import sys
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -105,3 +108,30 @@ def test_every_ros_command_checks_first(
     assert cli.main([command]) == 2
     expected = f"goalreach {command}: ROS_DOMAIN_ID = 'abc': must be a whole number in [0, 232]\n"
     assert capsys.readouterr().err == expected
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('ROS_DOMAIN_ID', 'abc'),
+        ('ROS_DOMAIN_ID', '500'),
+        ('ROS_DOMAIN_ID', '-1'),
+        ('RMW_IMPLEMENTATION', 'rmw_cyclonedds_cpp'),
+        ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF'),
+    ],
+)
+def test_a_run_with_a_bad_variable_starts_nothing(name: str, value: str, tmp_path: Path) -> None:
+    """The variable is in the environment of a real process, before ROS is imported there."""
+    done = subprocess.run(
+        [sys.executable, '-m', 'goalreach_bringup.cli', 'run', '--paths', '1'],
+        env={**os.environ, 'ROS_LOG_DIR': str(tmp_path), name: value},
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+        check=False,
+    )
+
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr.startswith(f'goalreach run: {name} = {value!r}: must be ')
+    assert done.stderr.count('\n') == 1
+    assert not list(tmp_path.iterdir())

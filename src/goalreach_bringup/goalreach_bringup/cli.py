@@ -43,6 +43,8 @@ _UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
 _PROGRAM = 'goalreach'
 _FORKING = ('run',)
 """Commands that fork nodes: the fork server starts to import before the command does."""
+_USUAL_MIDDLEWARE = ('', 'rmw_fastrtps_cpp')
+"""With another one it waits for the check of the variables: rclpy's import refuses some itself."""
 
 
 def load_command(name: str) -> Command:
@@ -69,7 +71,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run_named(name: str, *arguments: str) -> int:
-    if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
+    usual = os.environ.get('RMW_IMPLEMENTATION', '') in _USUAL_MIDDLEWARE
+    if name in _FORKING and usual and not {'-h', '--help'}.intersection(arguments):
         start_fork_server()
     return run_command(load_command(name), name, arguments)
 
