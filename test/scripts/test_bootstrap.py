@@ -63,11 +63,15 @@ def test_lock_that_cannot_be_satisfied_leaves_nothing(clone: Clone) -> None:
 
 @needs_venv
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_set_up_leaves_nothing(clone: Clone, number: signal.Signals) -> None:
+def test_interrupted_set_up_leaves_nothing(
+    clone: Clone, tmp_path: Path, number: signal.Signals
+) -> None:
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
     clone.venv.mkdir()
     (clone.venv / MARKER_NAME).touch()  # as after SIGKILL
     (clone.venv / 'leftover').touch()
-    child = clone.start()
+    child = clone.start(TMPDIR=str(temporary))
     assert child.stderr is not None
     started = [child.stderr.readline(), child.stderr.readline()]
     assert 'virtual environment' in started[1]
@@ -79,6 +83,7 @@ def test_interrupted_set_up_leaves_nothing(clone: Clone, number: signal.Signals)
     assert (outcome.status, outcome.out) == (128 + number, '')
     assert f'interrupted by {number.name}' in outcome.err
     assert not list(clone.root.glob('.venv*'))
+    assert not list(temporary.iterdir())
 
 
 @needs_venv
@@ -169,11 +174,12 @@ def test_sourced_workspace_of_another_python_says_so(clone: Clone, tmp_path: Pat
 
 
 @needs_venv
+@pytest.mark.parametrize('rclpy', ['', 'raise ImportError'], ids=['imports', 'fails'])
 @pytest.mark.parametrize('distribution', [{}, {'ROS_DISTRO': 'humble'}], ids=['unset', 'humble'])
 def test_another_ros_gives_way_to_the_environment(
-    clone: Clone, tmp_path: Path, distribution: dict[str, str]
+    clone: Clone, tmp_path: Path, distribution: dict[str, str], rclpy: str
 ) -> None:
-    place_package(tmp_path / 'opt' / 'rclpy', 'raise ImportError')
+    place_package(tmp_path / 'opt' / 'rclpy', rclpy)
     place_package(tmp_path / 'own' / 'mine')
     folders = f'{tmp_path / "opt"}:{tmp_path / "own"}'
 

@@ -1,6 +1,7 @@
-"""Standard streams of the scripts that are closed, full, or whose reader goes away."""
+"""Standard streams of the scripts that are closed, full, or whose reader goes away; Ctrl-C."""
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -40,3 +41,21 @@ def test_the_set_up_bears_any_redirection(clone: Clone, redirection: str) -> Non
     assert outcome.status == 0, outcome.err
     assert clone.venv.is_dir()
     assert bool(outcome.said) is (redirection == '2>&-')
+
+
+def test_ctrl_c_in_the_tests_gives_no_traceback() -> None:
+    with subprocess.Popen(
+        [sys.executable, str(ROOT / 'scripts' / 'run_tests.py'), '--fast'],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,  # a terminal sends Ctrl-C to the whole group
+    ) as gate:
+        assert gate.stdout is not None
+        assert gate.stdout.readline() == '== ruff check\n'
+        os.killpg(gate.pid, signal.SIGINT)
+        out, error = gate.communicate(timeout=60.0)
+
+    assert gate.returncode == 130
+    assert 'Traceback' not in out + error
+    assert '== summary' not in out
