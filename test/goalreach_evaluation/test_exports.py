@@ -10,11 +10,23 @@ import pytest
 
 import goalreach_bags
 import goalreach_evaluation
+import goalreach_learning
+import goalreach_msgs_py
+import goalreach_sim
+
+LAZY = (
+    goalreach_bags,
+    goalreach_evaluation,
+    goalreach_learning,
+    goalreach_msgs_py,
+    goalreach_sim,
+)
 
 
-@pytest.mark.parametrize('package', [goalreach_bags, goalreach_evaluation])
+@pytest.mark.parametrize('package', LAZY)
 def test_every_exported_name_is_found_in_its_module(package: ModuleType) -> None:
     imported = re.findall(r'import (\w+) as \1\n', inspect.getsource(package))
+    assert imported
     assert sorted(imported) == sorted(package.__all__)
     assert all(getattr(package, name) is not None for name in imported)
 

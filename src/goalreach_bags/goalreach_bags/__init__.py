@@ -31,18 +31,4 @@ if TYPE_CHECKING:
     from goalreach_bags.topic import message_definition as message_definition
     from goalreach_bags.writer import BagWriter as BagWriter
 
-__all__, __getattr__ = lazy_exports(
-    __name__,
-    {
-        'compare': ('compare_bags', 'differences'),
-        'decode': ('Decoder', 'flatten'),
-        'export': ('MessageTable', 'write_table'),
-        'options': ('RecordOptions', 'ReplayOptions', 'StorageOptions', 'TopicSelection'),
-        'reader': ('BagReader',),
-        'repair': ('RepairResult', 'repair_bag'),
-        'run_series': ('RunSeries', 'read_run_series'),
-        'storage': ('BagError', 'BagMessage', 'BagStoppedError'),
-        'topic': ('BagTopic', 'message_definition'),
-        'writer': ('BagWriter',),
-    },
-)
+__all__, __getattr__ = lazy_exports(__name__)

@@ -35,23 +35,4 @@ if TYPE_CHECKING:
     from goalreach_evaluation.sweep import drive_case as drive_case
     from goalreach_evaluation.sweep import run_cases as run_cases
 
-__all__, __getattr__ = lazy_exports(
-    __name__,
-    {
-        'choices': ('choose_arena', 'choose_noise', 'choose_policy'),
-        'drive': ('DriveFrame', 'InProcessDrive'),
-        'evaluation': (
-            'Evaluation',
-            'EvaluationPlan',
-            'EvaluationRequest',
-            'SessionResult',
-            'drive_sessions',
-            'evaluate',
-        ),
-        'path_metrics': ('PathMeter', 'PathResult', 'PathTally', 'wilson_interval'),
-        'results_file': ('ResultsFile',),
-        'starts': ('RunSeeds', 'border_starts', 'choose_starts', 'random_starts'),
-        'summary_file': ('RecordedRun', 'read_recorded_run'),
-        'sweep': ('SweepCase', 'drive_case', 'run_cases'),
-    },
-)
+__all__, __getattr__ = lazy_exports(__name__)

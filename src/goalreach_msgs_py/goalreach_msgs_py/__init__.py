@@ -5,58 +5,40 @@ between values and serialized messages are in `pose_messages`, `sensor_messages`
 `diagnostic_messages`, names in `topics`.
 """
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
-from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.arena_file import read_arena
-from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.cdr import MessageError, stamp_of
-from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, GoalreachError
-from goalreach_msgs_py.inputs import InputMonitor, StampSynchronizer
-from goalreach_msgs_py.noise import NoiseModel, noise_preset
-from goalreach_msgs_py.parameters import Configuration, build_config, parameter
-from goalreach_msgs_py.regions import RegionMap, parse_region, region_name
-from goalreach_msgs_py.values import (
-    Confidence,
-    HeadAngles,
-    LandmarkObservation,
-    Odometry,
-    PathOutcome,
-    Pose2,
-    PoseEstimate,
-    RegionState,
-    Transition,
-    Twist2,
-)
+from typing import TYPE_CHECKING
 
-__all__ = [
-    'Arena',
-    'Confidence',
-    'Configuration',
-    'ConfigurationError',
-    'FileFormatError',
-    'GoalreachError',
-    'HeadAngles',
-    'InputMonitor',
-    'LandmarkObservation',
-    'MessageError',
-    'NoiseModel',
-    'Odometry',
-    'PathOutcome',
-    'PinholeCamera',
-    'Pose2',
-    'PoseEstimate',
-    'RegionMap',
-    'RegionState',
-    'StampSynchronizer',
-    'Transition',
-    'Twist2',
-    'angle_difference',
-    'build_config',
-    'noise_preset',
-    'parameter',
-    'parse_region',
-    'read_arena',
-    'region_name',
-    'stamp_of',
-    'wrap_angle',
-]
+from goalreach_msgs_py.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from goalreach_msgs_py.angles import angle_difference as angle_difference
+    from goalreach_msgs_py.angles import wrap_angle as wrap_angle
+    from goalreach_msgs_py.arena import Arena as Arena
+    from goalreach_msgs_py.arena_file import read_arena as read_arena
+    from goalreach_msgs_py.camera import PinholeCamera as PinholeCamera
+    from goalreach_msgs_py.cdr import MessageError as MessageError
+    from goalreach_msgs_py.cdr import stamp_of as stamp_of
+    from goalreach_msgs_py.errors import ConfigurationError as ConfigurationError
+    from goalreach_msgs_py.errors import FileFormatError as FileFormatError
+    from goalreach_msgs_py.errors import GoalreachError as GoalreachError
+    from goalreach_msgs_py.inputs import InputMonitor as InputMonitor
+    from goalreach_msgs_py.inputs import StampSynchronizer as StampSynchronizer
+    from goalreach_msgs_py.noise import NoiseModel as NoiseModel
+    from goalreach_msgs_py.noise import noise_preset as noise_preset
+    from goalreach_msgs_py.parameters import Configuration as Configuration
+    from goalreach_msgs_py.parameters import build_config as build_config
+    from goalreach_msgs_py.parameters import parameter as parameter
+    from goalreach_msgs_py.regions import RegionMap as RegionMap
+    from goalreach_msgs_py.regions import parse_region as parse_region
+    from goalreach_msgs_py.regions import region_name as region_name
+    from goalreach_msgs_py.values import Confidence as Confidence
+    from goalreach_msgs_py.values import HeadAngles as HeadAngles
+    from goalreach_msgs_py.values import LandmarkObservation as LandmarkObservation
+    from goalreach_msgs_py.values import Odometry as Odometry
+    from goalreach_msgs_py.values import PathOutcome as PathOutcome
+    from goalreach_msgs_py.values import Pose2 as Pose2
+    from goalreach_msgs_py.values import PoseEstimate as PoseEstimate
+    from goalreach_msgs_py.values import RegionState as RegionState
+    from goalreach_msgs_py.values import Transition as Transition
+    from goalreach_msgs_py.values import Twist2 as Twist2
+
+__all__, __getattr__ = lazy_exports(__name__)

@@ -1,23 +1,33 @@
 """Packages that import each exported name on first use."""
 
-from collections.abc import Callable, Mapping, Sequence
+import ast
+from collections.abc import Callable
 from importlib import import_module
+import inspect
 
 
-def lazy_exports(
-    package: str, exports: Mapping[str, Sequence[str]]
-) -> tuple[list[str], Callable[[str], object]]:
+def lazy_exports(package: str) -> tuple[list[str], Callable[[str], object]]:
     """Return `__all__` and a `__getattr__` that imports each name when it is first used.
+
+    The names are those that the package's `__init__.py` imports under `if TYPE_CHECKING:`, so
+    type checkers and the interpreter read the same list.
 
     Args:
         package: Name of the package.
-        exports: Exported names by module of the package.
     """
-    modules = {name: module for module, names in exports.items() for name in names}
+    source = ast.parse(inspect.getsource(import_module(package)))
+    modules = {
+        name.name: str(node.module)
+        for block in source.body
+        if isinstance(block, ast.If)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+    }
 
     def get(name: str) -> object:
         if name not in modules:
             raise AttributeError(f'module {package!r} has no attribute {name!r}')
-        return getattr(import_module(f'{package}.{modules[name]}'), name)
+        return getattr(import_module(modules[name]), name)
 
     return sorted(modules), get

@@ -4,35 +4,26 @@ Start with `Simulator`, which yields a `SensorFrame` per camera period. `Robot` 
 alone. `HostBase` drives a real or simulated robot through its `HostLanguage`.
 """
 
-from goalreach_sim.camera_renderer import CameraRenderer
-from goalreach_sim.camera_view import CameraPose, CameraView, OpticsConfig
-from goalreach_sim.host_language import HostBase, HostLanguage, Nomad200
-from goalreach_sim.robot import Robot, Walls
-from goalreach_sim.sensors import SensorFrame
-from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import (
-    DriveConfig,
-    HeadConfig,
-    SimulatedFaults,
-    SimulatorConfig,
-    TimeConfig,
-)
+from typing import TYPE_CHECKING
 
-__all__ = [
-    'CameraPose',
-    'CameraRenderer',
-    'CameraView',
-    'DriveConfig',
-    'HeadConfig',
-    'HostBase',
-    'HostLanguage',
-    'Nomad200',
-    'OpticsConfig',
-    'Robot',
-    'SensorFrame',
-    'SimulatedFaults',
-    'Simulator',
-    'SimulatorConfig',
-    'TimeConfig',
-    'Walls',
-]
+from goalreach_msgs_py.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from goalreach_sim.camera_renderer import CameraRenderer as CameraRenderer
+    from goalreach_sim.camera_view import CameraPose as CameraPose
+    from goalreach_sim.camera_view import CameraView as CameraView
+    from goalreach_sim.camera_view import OpticsConfig as OpticsConfig
+    from goalreach_sim.host_language import HostBase as HostBase
+    from goalreach_sim.host_language import HostLanguage as HostLanguage
+    from goalreach_sim.host_language import Nomad200 as Nomad200
+    from goalreach_sim.robot import Robot as Robot
+    from goalreach_sim.robot import Walls as Walls
+    from goalreach_sim.sensors import SensorFrame as SensorFrame
+    from goalreach_sim.simulator import Simulator as Simulator
+    from goalreach_sim.simulator_config import DriveConfig as DriveConfig
+    from goalreach_sim.simulator_config import HeadConfig as HeadConfig
+    from goalreach_sim.simulator_config import SimulatedFaults as SimulatedFaults
+    from goalreach_sim.simulator_config import SimulatorConfig as SimulatorConfig
+    from goalreach_sim.simulator_config import TimeConfig as TimeConfig
+
+__all__, __getattr__ = lazy_exports(__name__)
