@@ -18,15 +18,6 @@ from goalreach_msgs_py import topics
 WALL_CLOCK_TOPICS: Final = ('/rosout', '/parameter_events')
 """Their messages depend on the wall clock and on processes, so two runs never have the same."""
 
-SENSORS: Final = (
-    topics.CAMERA_INFO,
-    topics.JOINT_STATES,
-    topics.ODOM,
-    topics.BUMPERS,
-    topics.IMAGE,
-)
-"""Inputs of a recomputation, the image last, as the robot sends it."""
-
 OUTPUTS: Final = (topics.LANDMARKS, topics.POSE, topics.STATE, topics.HEAD_COMMAND)
 """Outputs of perception and state estimation, each after those it is computed from."""
 

@@ -11,11 +11,7 @@ from goalreach_msgs_py import topics
 TICK_TOPICS: Final = (
     topics.CLOCK,
     topics.GROUND_TRUTH,
-    topics.ODOM,
-    topics.JOINT_STATES,
-    topics.BUMPERS,
-    topics.CAMERA_INFO,
-    topics.IMAGE,
+    *topics.SENSORS,
     topics.POSE,
     topics.LANDMARKS,
     topics.HEAD_COMMAND,

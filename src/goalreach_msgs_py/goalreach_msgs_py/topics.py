@@ -9,6 +9,8 @@ CAMERA_INFO: Final = '/camera/camera_info'
 ODOM: Final = '/odom'
 JOINT_STATES: Final = '/joint_states'
 BUMPERS: Final = '/bumpers'
+SENSORS: Final = (ODOM, JOINT_STATES, BUMPERS, CAMERA_INFO, IMAGE)
+"""What the robot measures, the image last, as it sends it."""
 GROUND_TRUTH: Final = '/ground_truth/odom'
 MARKERS: Final = '/arena/markers'
 POSE: Final = '/pose'

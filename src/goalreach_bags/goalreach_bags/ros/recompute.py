@@ -13,7 +13,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from goalreach_bags.compare import OUTPUTS, SENSORS, Recomputation, TopicResult
+from goalreach_bags.compare import OUTPUTS, Recomputation, TopicResult
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
@@ -27,7 +27,7 @@ from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, 
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.node import ros_session
-from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE
+from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE, SENSORS
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
 

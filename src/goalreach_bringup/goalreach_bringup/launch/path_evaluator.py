@@ -1,12 +1,11 @@
 """Evaluation of driven paths against the ground truth, from the topics of a running graph."""
 
-from array import array
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 import itertools
 import math
-from typing import Final, overload
+from typing import Final
 
 from goalreach_evaluation.path_metrics import PathMeter, PathResult
 from goalreach_msgs_py.regions import RegionMap
@@ -14,12 +13,9 @@ from goalreach_msgs_py.values import PathOutcome, Pose2
 
 _PLACED_M: Final = 0.01
 """A robot this near to a start has been placed there. Chosen."""
-_NAN: Final = math.nan
-_WIDTH: Final = 7
-"""Numbers per tick: two poses and a heading."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Tick:
     """True and estimated state at one stamp.
 
@@ -34,63 +30,6 @@ class Tick:
     truth: Pose2
     estimate: Pose2 | None
     commanded_heading_rad: float | None
-
-
-class TickLog(Sequence[Tick]):
-    """Ticks in the order of their stamps, stored in 64 bytes each."""
-
-    def __init__(self) -> None:
-        self._stamps_ns = array('q')
-        self._numbers = array('d')
-
-    def append(self, tick: Tick) -> None:
-        """Add a tick later than all earlier ones."""
-        self._stamps_ns.append(tick.time_ns)
-        heading_rad = tick.commanded_heading_rad
-        heading = _NAN if heading_rad is None else heading_rad
-        self._numbers.extend((*_row(tick.truth), *_row(tick.estimate), heading))
-
-    def take_until(self, time_ns: int) -> 'TickLog':
-        """Remove and return the ticks up to and including a stamp."""
-        count = bisect_right(self._stamps_ns, time_ns)
-        taken = self[:count]
-        del self._stamps_ns[:count]
-        del self._numbers[: count * _WIDTH]
-        return taken
-
-    def __len__(self) -> int:
-        return len(self._stamps_ns)
-
-    @overload
-    def __getitem__(self, index: int) -> Tick: ...
-    @overload
-    def __getitem__(self, index: slice) -> 'TickLog': ...
-    def __getitem__(self, index: int | slice) -> 'Tick | TickLog':
-        if isinstance(index, slice):
-            begin, end, step = index.indices(len(self))
-            if step != 1:
-                raise ValueError(f'ticks are sliced in steps of 1, not {step}')
-            part = TickLog()
-            part._stamps_ns = self._stamps_ns[begin:end]
-            part._numbers = self._numbers[begin * _WIDTH : end * _WIDTH]
-            return part
-        number = range(len(self))[index]
-        row = self._numbers[number * _WIDTH : (number + 1) * _WIDTH]
-        return Tick(
-            time_ns=self._stamps_ns[number],
-            truth=_pose(row[:3]),
-            estimate=None if math.isnan(row[3]) else _pose(row[3:6]),
-            commanded_heading_rad=None if math.isnan(row[6]) else row[6],
-        )
-
-
-def _row(pose: Pose2 | None) -> tuple[float, float, float]:
-    return (_NAN, _NAN, _NAN) if pose is None else (pose.x_m, pose.y_m, pose.heading_rad)
-
-
-def _pose(row: Sequence[float]) -> Pose2:
-    x_m, y_m, heading_rad = row
-    return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +71,7 @@ class PathEvaluator:
         self._starts = tuple(starts)
         self._regions = regions
         self._path = first_path
-        self._ticks = TickLog()
+        self._ticks: list[Tick] = []
         self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
         self.last_ns = 0
         self.unjudged: list[int] = []
@@ -180,7 +119,8 @@ class PathEvaluator:
             if self.last_ns < end_ns and not final:
                 break
             del self._outcomes[path]
-            ticks = self._ticks.take_until(end_ns)
+            count = bisect_right(self._ticks, end_ns, key=lambda tick: tick.time_ns)
+            ticks, self._ticks = self._ticks[:count], self._ticks[count:]
             truth = ticks[-1].truth if ticks else self._truth
             skipped = range(self._path, path)
             self._path = path
@@ -188,15 +128,12 @@ class PathEvaluator:
             if truth is None:
                 self.unjudged.append(path)
             else:
-                results.append(
-                    self._close(
-                        self._since_last_placing(ticks) if skipped else ticks, truth, outcome
-                    )
-                )
+                driven = self._since_last_placing(ticks) if skipped else ticks
+                results.append(self._close(driven, truth, outcome))
             self._path += 1
         return results
 
-    def _close(self, ticks: TickLog, truth: Pose2, outcome: PathOutcome) -> PathResult:
+    def _close(self, ticks: list[Tick], truth: Pose2, outcome: PathOutcome) -> PathResult:
         """Measure the current path by its ticks since the robot was placed."""
         begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
         ticks = ticks[next(begin, len(ticks)) :]
@@ -211,7 +148,7 @@ class PathEvaluator:
         in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
         return meter.finish(outcome, in_goal=in_goal)
 
-    def _since_last_placing(self, ticks: TickLog) -> TickLog:
+    def _since_last_placing(self, ticks: list[Tick]) -> list[Tick]:
         """Return the ticks since the robot last arrived at the start."""
         began = 0
         for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):

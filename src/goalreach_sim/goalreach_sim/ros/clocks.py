@@ -12,17 +12,13 @@ from rclpy.node import Node
 from goalreach_msgs_py.ros.acknowledgement import AcknowledgementGate
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, subscribe_raw
 from goalreach_msgs_py.topics import (
-    BUMPERS,
-    CAMERA_INFO,
     CMD_VEL,
     CONTROLLER,
     ESTIMATOR,
     HEAD_COMMAND,
-    IMAGE,
-    JOINT_STATES,
     LOCALIZER,
-    ODOM,
     POSE,
+    SENSORS,
     STATE,
     acknowledgement_topic,
 )
@@ -34,7 +30,7 @@ _SETTLE_S: Final = 0.3
 """How long the graph must have been complete before the first tick, since the two ends of a topic
 discover each other one after the other; chosen."""
 _REPEAT_S: Final = 1.0
-_SUBSCRIBED: Final = (IMAGE, CAMERA_INFO, JOINT_STATES, ODOM, BUMPERS, POSE, STATE)
+_SUBSCRIBED: Final = (*SENSORS, POSE, STATE)
 _PUBLISHED: Final = {
     HEAD_COMMAND: LOCALIZER,
     POSE: LOCALIZER,
