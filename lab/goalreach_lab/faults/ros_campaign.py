@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from goalreach_bringup.launch.ros.supervisor import Backoff
+from goalreach_bringup.launch.graph import Backoff
 from goalreach_lab.faults.kinds import FaultKind
 from goalreach_lab.faults.outcome import FaultOutcome
 from goalreach_lab.faults.ros_faulted_graph import FaultedGraph

@@ -23,7 +23,7 @@ from sensor_msgs.msg import CameraInfo
 
 from goalreach_msgs_py.pose_messages import twist_from_raw
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, SENSOR_QOS, subscribe_raw
-from goalreach_msgs_py.ros.node import terminate_with_launcher
+from goalreach_msgs_py.ros.process import terminate_with_launcher
 from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL
 from goalreach_msgs_py.values import Twist2
 

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 import contextlib
 import errno
 import importlib
-from importlib.metadata import version
 import os
 import signal
 import sys
@@ -78,6 +77,8 @@ def _run_named(name: str, *arguments: str) -> int:
 
 
 def _run_unnamed(given: Sequence[str]) -> int:
+    from importlib.metadata import version
+
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
         description='A robot learns to reach a goal that it sees, on ROS 2.',

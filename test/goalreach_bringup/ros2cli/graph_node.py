@@ -22,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Float64MultiArray, Header, String
 from std_srvs.srv import SetBool
 
-from goalreach_msgs_py.ros.node import StopRequest
+from goalreach_msgs_py.ros.process import StopRequest
 
 
 class Talker(Node):

@@ -32,7 +32,8 @@ from goalreach_msgs_py.errors import CommandError, GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
-from goalreach_msgs_py.ros.node import StopRequest, ros_session
+from goalreach_msgs_py.ros.node import ros_session
+from goalreach_msgs_py.ros.process import StopRequest
 from goalreach_msgs_py.topics import CLOCK
 
 _NS_PER_S: Final = 1_000_000_000

@@ -25,7 +25,8 @@ from goalreach_bags.writer import BagWriter
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
-from goalreach_msgs_py.ros.node import StopRequest, ros_session, terminate_with_launcher
+from goalreach_msgs_py.ros.node import ros_session
+from goalreach_msgs_py.ros.process import StopRequest, terminate_with_launcher
 from goalreach_msgs_py.topics import CLOCK, RECORDER
 
 _LOCKSTEP_POLL_S: Final = 0.001

@@ -12,6 +12,6 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: An option, a file or a parameter is refused, or a node died.
     """
-    from goalreach_bringup.launch.ros.session import RunSession
+    from goalreach_bringup.launch.session import RunSession
 
     return RunSession(options).execute()

@@ -142,7 +142,7 @@ def _hidden_main() -> Iterator[None]:
 
 def _run(module: str, arguments: list[str], environment: dict[str, str], log_path: str) -> None:
     """Become the process: own session, log file, signals and name; then run `main`."""
-    from goalreach_msgs_py.ros.node import LAUNCHER_PID, set_process_name
+    from goalreach_msgs_py.ros.process import LAUNCHER_PID, set_process_name
 
     os.setsid()  # a Ctrl-C is for the launcher alone
     log = os.open(log_path, os.O_WRONLY | os.O_APPEND)

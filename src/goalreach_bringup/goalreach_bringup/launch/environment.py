@@ -20,7 +20,7 @@ from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_bringup.variables import HIGHEST_DOMAIN
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
-from goalreach_msgs_py.ros.node import LAUNCHER_PID
+from goalreach_msgs_py.ros.process import LAUNCHER_PID
 
 
 def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str, str]:

@@ -25,7 +25,7 @@ from goalreach_dashboard.web.access import MAY_STEER, AccessMiddleware, AccessPo
 from goalreach_dashboard.web.controls import SteeringControls, add_appearance, add_read_only_note
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
-from goalreach_msgs_py.ros.node import StopRequest, terminate_with_launcher
+from goalreach_msgs_py.ros.process import StopRequest, terminate_with_launcher
 
 _PERIOD_S: Final = 0.049
 """Gives 20 frames a second: timers of the event loop are about a millisecond late."""

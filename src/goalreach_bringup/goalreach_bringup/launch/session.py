@@ -1,13 +1,12 @@
 """One run of the graph, from its options to its result."""
 
+from __future__ import annotations
+
 import logging
 import os
 from pathlib import Path
 import time
-from typing import Final
-
-import rclpy
-from rclpy.signals import SignalHandlerOptions
+from typing import TYPE_CHECKING, Final
 
 from goalreach_bags.storage import require_new_bag
 from goalreach_bringup.launch.auxiliary_processes import (
@@ -16,12 +15,11 @@ from goalreach_bringup.launch.auxiliary_processes import (
     is_page_wanted,
 )
 from goalreach_bringup.launch.environment import domain_lock, graph_environment, make_run_directory
+from goalreach_bringup.launch.graph import Graph
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
 from goalreach_bringup.launch.report import RunReport
-from goalreach_bringup.launch.ros.monitor import RunMonitor
-from goalreach_bringup.launch.ros.supervisor import Graph
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
@@ -30,9 +28,12 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
-from goalreach_msgs_py.ros.dds_profile import open_to_network
-from goalreach_msgs_py.ros.node import StopRequest
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
+from goalreach_msgs_py.ros.process import StopRequest
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
+
+if TYPE_CHECKING:
+    from goalreach_bringup.launch.ros.monitor import RunMonitor
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -146,10 +147,29 @@ class RunSession:
             composed=self._options.composed,
             remaps=self._options.remaps,
         )
-        stop = StopRequest()
+        self._stop = StopRequest()
         try:
             graph.start()
-            rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+            if self._recorder is not None:
+                self._recorder.start(directory, environment, graph.parameters_path)
+            if self._page is not None:
+                self._page.start(directory, environment)
+            self._follow(graph, policy, parameters)
+        finally:
+            if self._recorder is not None:
+                _LOG.info(self._recorder.stop())
+            graph.stop()
+            if self._page is not None:
+                self._page.stop()
+
+    def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
+        # These load rclpy, which takes its time: the nodes start meanwhile.
+        from goalreach_bringup.launch.ros.monitor import RunMonitor
+        from goalreach_bringup.launch.ros.supervisor import follow
+        from goalreach_msgs_py.ros.node import ros_session
+
+        lockstep = parameters[ROBOT]['clock'] == 'lockstep'
+        with ros_session(fast_dds_profile()):
             monitor = RunMonitor(
                 starts=self._starts,
                 policy=policy,
@@ -158,23 +178,12 @@ class RunSession:
                 first_path=self._learning.first_path if self._learning else 0,
                 remaps=self._options.remaps,
             )
-            if self._recorder is not None:
-                self._recorder.start(directory, environment, graph.parameters_path)
-            if self._page is not None:
-                self._page.start(directory, environment)
-            lockstep = parameters[ROBOT]['clock'] == 'lockstep'
-            graph.follow(
+            follow(
+                graph,
                 monitor,
-                finished=lambda: stop.requested or self._is_over(monitor),
+                finished=lambda: self._stop.requested or self._is_over(monitor),
                 resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
             )
-        finally:
-            rclpy.try_shutdown()
-            if self._recorder is not None:
-                _LOG.info(self._recorder.stop())
-            graph.stop()
-            if self._page is not None:
-                self._page.stop()
 
     def _is_over(self, monitor: RunMonitor) -> bool:
         self._sim_time_s = monitor.progress.last_ns * 1e-9

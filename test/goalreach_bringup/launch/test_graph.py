@@ -1,6 +1,6 @@
 """Spacing restarts out."""
 
-from goalreach_bringup.launch.ros.supervisor import Backoff
+from goalreach_bringup.launch.graph import Backoff
 
 
 def test_waits_not_at_all_then_twice_as_long_each_time_and_gives_up() -> None:

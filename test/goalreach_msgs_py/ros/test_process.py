@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from goalreach_msgs_py.ros.node import PeriodicGc
+from goalreach_msgs_py.ros.process import PeriodicGc
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_what_exists_at_the_beginning_is_not_looked_through_again() -> None:
 PROGRAM = """
 import resource
 from array import array
-from goalreach_msgs_py.ros.node import keep_freed_memory
+from goalreach_msgs_py.ros.process import keep_freed_memory
 
 if KEEP:
     keep_freed_memory()

@@ -1,0 +1,190 @@
+"""The processes of the graph: starts them, restarts those that fail, and stops them.
+
+Imports nothing of ROS: nodes are started before the launcher loads rclpy.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+import logging
+from pathlib import Path
+import signal
+import time
+from typing import Any, Final
+
+from goalreach_bringup.launch.child_process import ChildProcess, start_fork_server, stop_all
+from goalreach_bringup.launch.environment import remove_abandoned
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
+
+SILENCE_LIMIT_S: Final = 4.0
+"""Silence after which a process that has answered before counts as hung. Chosen."""
+
+_LOG: Final = logging.getLogger(__name__)
+_MODULES: Final = {
+    ROBOT: 'goalreach_sim.nomad200_node',
+    LOCALIZER: 'goalreach_perception.landmark_localizer_node',
+    ESTIMATOR: 'goalreach_perception.state_estimator_node',
+    CONTROLLER: 'goalreach_learning.goal_reaching_controller_node',
+}
+_COMPOSED: Final = {'composed': 'goalreach_bringup.launch.ros.nodes'}
+_BAD_CONFIGURATION = 2
+
+
+class NodeDiedError(GoalreachError):
+    """A process of the graph cannot be kept alive."""
+
+    status = 1
+
+
+@dataclass
+class Backoff:
+    """Counts the deaths of one process and delays its restarts.
+
+    Attributes:
+        first_delay_s: Delay of the second restart; the first has none, each further one twice
+            that of the one before.
+        limit: Deaths within the window after which there is no further restart.
+        window_s: Deaths longer ago than this do not count.
+    """
+
+    first_delay_s: float = 0.2
+    limit: int = 5
+    window_s: float = 60.0
+    _deaths_s: list[float] = field(default_factory=list)
+
+    def died(self, now_s: float) -> float | None:
+        """Count a death; return how long to wait before the restart, or None for no restart.
+
+        Args:
+            now_s: Time of the death on any steady clock, seconds.
+        """
+        self._deaths_s = [t for t in self._deaths_s if now_s - t < self.window_s] + [now_s]
+        if len(self._deaths_s) >= self.limit:
+            return None
+        before = len(self._deaths_s) - 1
+        return float(self.first_delay_s * 2.0 ** (before - 1)) if before else 0.0
+
+
+class Graph:
+    """The processes of a running graph.
+
+    A process that dies or no longer answers is reported, ended and restarted from where the run
+    is, after a delay that doubles with each death; one that keeps dying ends the run.
+
+    Args:
+        parameters: Parameters of every node.
+        directory: Directory for parameter files and logs.
+        environment: Environment of the processes.
+        composed: Whether all nodes share one process.
+        remaps: Remapping rules for every node.
+
+    Attributes:
+        parameters_path: File with the parameters of every node.
+        started_s: When the start began, by a monotonic clock.
+    """
+
+    def __init__(
+        self,
+        *,
+        parameters: NodeParameters,
+        directory: Path,
+        environment: Mapping[str, str],
+        composed: bool,
+        remaps: Sequence[str] = (),
+    ) -> None:
+        self._parameters = parameters
+        self._directory = directory
+        self._environment = environment
+        self._modules = _COMPOSED if composed else _MODULES
+        self._remaps = [word for rule in remaps for word in ('--remap', rule)]
+        self._processes: dict[str, ChildProcess] = {}
+        self._backoffs = {name: Backoff() for name in self._modules}
+        self._restart_at_s: dict[str, float] = {}
+        self.parameters_path = directory / 'parameters.yaml'
+        self.started_s = time.monotonic()
+
+    def start(self) -> None:
+        """Start the processes."""
+        start_fork_server()
+        remove_abandoned()
+        write_parameters(self.parameters_path, self._parameters)
+        for name in self._modules:
+            self._launch(name, self.parameters_path)
+
+    def _launch(self, name: str, parameters_path: Path) -> None:
+        self._processes[name] = ChildProcess(
+            name,
+            self._modules[name],
+            ['--ros-args', '--params-file', str(parameters_path), *self._remaps],
+            environment=self._environment,
+            log_path=self._directory / f'{name}.log',
+        )
+
+    @property
+    def processes(self) -> list[str]:
+        """Names of the processes."""
+        return list(self._modules)
+
+    def supervise(
+        self,
+        name: str,
+        now_s: float,
+        silent: Callable[[float], bool],
+        resume: Callable[[], Mapping[str, dict[str, Any]]],
+    ) -> bool:
+        """Read the log of a process; restart it where it has died or no longer answers.
+
+        Args:
+            name: The process.
+            now_s: The present time of a monotonic clock.
+            silent: Returns whether it has been silent for too long.
+            resume: Returns the parameters that make it continue where the run is, by node.
+
+        Returns:
+            Whether it was restarted just now.
+
+        Raises:
+            NodeDiedError: It cannot be kept alive.
+        """
+        if name in self._restart_at_s:
+            if now_s < self._restart_at_s[name]:
+                return False
+            del self._restart_at_s[name]
+            self._restart(name, resume())
+            return True
+        process = self._processes[name]
+        process.read_log()
+        if process.exit_status is not None:
+            if process.exit_status == _BAD_CONFIGURATION:
+                raise NodeDiedError(process.last_log_line())
+            self._lost(name, process.exit_summary(), now_s)
+        elif silent(now_s):
+            process.signal(signal.SIGKILL)
+            process.wait(1.0)
+            self._lost(name, f'did not answer for {SILENCE_LIMIT_S:.0f} s and was ended', now_s)
+        return False
+
+    def _lost(self, name: str, reason: str, now_s: float) -> None:
+        delay_s = self._backoffs[name].died(now_s)
+        line = f'{name}: error: {reason}'
+        if delay_s is None:
+            raise NodeDiedError(f'{line}; it keeps dying (log: {self._processes[name].log_path})')
+        when = f'in {delay_s:g} s' if delay_s else 'at once'
+        _LOG.error('%s; restarting it %s', line, when)
+        self._restart_at_s[name] = now_s + delay_s
+
+    def _restart(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
+        nodes = [name] if name in NODES else list(NODES)
+        parameters = {node: {**self._parameters[node], **changes.get(node, {})} for node in nodes}
+        path = self._directory / f'{name}-restart.yaml'
+        write_parameters(path, parameters)
+        remove_abandoned()
+        self._launch(name, path)
+
+    def stop(self) -> None:
+        """End all processes."""
+        for name in stop_all(list(self._processes.values())):
+            _LOG.error('%s: error: did not end by itself and was killed', name)
+        self._processes.clear()
+        remove_abandoned()
