@@ -140,8 +140,8 @@ class Module:
 def is_ros(name: str) -> bool:
     """Tell whether a dotted name belongs to a ROS package."""
     top = name.partition('.')[0]
-    known = {'ament_index_python', 'builtin_interfaces', 'rcl_interfaces', 'rclpy', 'std_srvs'}
-    return top in known or top.endswith('_msgs') or top.startswith('rosidl_')
+    known = {'ament_index_python', 'rclpy', 'std_srvs'}
+    return top in known or top.endswith(('_msgs', '_interfaces')) or top.startswith('rosidl_')
 
 
 def check_ros_imports(module: Module) -> list[str]:
