@@ -12,8 +12,8 @@ import yaml
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import BagError
-from goalreach_bags.topic import DEFAULT_OFFER
 from small_bags import (
+    DEFAULT_OFFER,
     FOREIGN_COUNT,
     QOS_8,
     STRING,

@@ -8,8 +8,7 @@ from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import BagError
-from goalreach_bags.topic import DEFAULT_OFFER
-from small_bags import texts, write_bag
+from small_bags import DEFAULT_OFFER, texts, write_bag
 
 COMMON = """\
   storage_identifier: mcap

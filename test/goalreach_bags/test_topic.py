@@ -5,8 +5,9 @@ from hypothesis import strategies as st
 import pytest
 from rosbags.interfaces import QosReliability, QosTime
 
-from goalreach_bags.topic import DEFAULT_OFFER, message_definition, offers_to_text, parse_offers
+from goalreach_bags.topic import message_definition, offers_to_text, parse_offers
 from goalreach_msgs_py.errors import GoalreachError
+from small_bags import DEFAULT_OFFER
 
 
 @given(st.integers(0, 2**31), st.integers(0, 10**9 - 1), st.sampled_from(QosReliability))

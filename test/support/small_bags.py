@@ -9,11 +9,12 @@ from typing import Any
 
 from mcap.writer import Writer
 import numpy as np
+from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability
 from rosbags.typesys import Stores, get_typestore
 
 from goalreach_bags.metadata import BagMetadata
 from goalreach_bags.options import StorageOptions
-from goalreach_bags.topic import DEFAULT_OFFER, BagTopic, message_definition
+from goalreach_bags.topic import INFINITE, BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 
 JOINTS = 'sensor_msgs/msg/JointState'
@@ -28,6 +29,19 @@ QOS_8 = (
     '  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n'
     '  avoid_ros_namespace_conventions: false\n'
 )
+
+DEFAULT_OFFER = Qos(
+    history=QosHistory.UNKNOWN,
+    depth=0,
+    reliability=QosReliability.RELIABLE,
+    durability=QosDurability.VOLATILE,
+    deadline=INFINITE,
+    lifespan=INFINITE,
+    liveliness=QosLiveliness.AUTOMATIC,
+    liveliness_lease_duration=INFINITE,
+    avoid_ros_namespace_conventions=False,
+)
+"""ROS 2's default as DDS shows it to others: history and depth are unknown."""
 
 
 def text_message(text: str) -> bytes:

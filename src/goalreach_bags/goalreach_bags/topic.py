@@ -9,14 +9,7 @@ import re
 import sys
 from typing import Any, Final
 
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags.interfaces import Qos, QosTime
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 import yaml
 
@@ -25,19 +18,6 @@ from goalreach_msgs_py.files import load_yaml
 
 INFINITE: Final = QosTime(9223372036, 854775807)
 """A duration without end, as rosbag2 writes it."""
-
-DEFAULT_OFFER: Final = Qos(
-    history=QosHistory.UNKNOWN,
-    depth=0,
-    reliability=QosReliability.RELIABLE,
-    durability=QosDurability.VOLATILE,
-    deadline=INFINITE,
-    lifespan=INFINITE,
-    liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=INFINITE,
-    avoid_ros_namespace_conventions=False,
-)
-"""ROS 2's default as DDS shows it to others: history and depth are unknown."""
 
 _LARGEST: Final = 2**63
 _PARTS: Final = 3

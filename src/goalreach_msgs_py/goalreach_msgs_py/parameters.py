@@ -56,8 +56,7 @@ def parameter(
     description: str,
     *,
     within: tuple[float | None, float | None] = (None, None),
-    choices: tuple[str, ...] = (),
-    length: int | None = None,
+    **settings: Any,  # noqa: ANN401 - attributes of ParameterInfo
 ) -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
     """Return a dataclass field that carries a `ParameterInfo`.
 
@@ -65,13 +64,10 @@ def parameter(
         default: The default value: float, int, bool, str or a tuple of floats.
         description: What it means, with its unit and source.
         within: Smallest and largest accepted value, of each element for a tuple; None: any.
-        choices: The accepted strings.
-        length: Number of elements of a tuple.
+        settings: Attributes `choices` and `length` of `ParameterInfo`.
     """
     low, high = within
-    info = ParameterInfo(
-        description=description, minimum=low, maximum=high, choices=choices, length=length
-    )
+    info = ParameterInfo(description=description, minimum=low, maximum=high, **settings)
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 

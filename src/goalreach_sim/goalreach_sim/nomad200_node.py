@@ -83,11 +83,13 @@ class Nomad200Node(Node):
         period_ns, tick = self._simulator.period_ns, self._tick
         if not self._lockstep:
             return RealtimeClock(self, timing, period_ns=period_ns, tick=tick)
-
-        def repeat() -> None:
-            self._frames.repeat(self._stamp_ns)
-
-        return LockstepClock(self, timing, period_ns=period_ns, tick=tick, repeat=repeat)
+        return LockstepClock(
+            self,
+            timing,
+            period_ns=period_ns,
+            tick=tick,
+            repeat=lambda: self._frames.repeat(self._stamp_ns),
+        )
 
     def _tick(self) -> int:
         self._apply_head_target()

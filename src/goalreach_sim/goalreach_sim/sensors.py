@@ -27,8 +27,8 @@ class SensorFrame:
         bumpers: 20 flags; sensor i sits at 18 i degrees on the base.
         truth: True pose and velocity in `map`; for evaluation and display only.
         truth_head: True angles of turret, pan and tilt.
-        truth_base_yaw_rad: True orientation of the base, which carries the bumpers, in `map`.
-        base_yaw_rad: The same by the encoders, in `odom`.
+        base_yaw_rad: Orientation of the base, which carries the bumpers, by the encoders, in
+            `odom`.
     """
 
     time_ns: int
@@ -39,7 +39,6 @@ class SensorFrame:
     bumpers: tuple[bool, ...]
     truth: Odometry
     truth_head: HeadAngles
-    truth_base_yaw_rad: float
     base_yaw_rad: float
 
 

@@ -181,7 +181,6 @@ class Simulator:
             bumpers=bumpers,
             truth=truth,
             truth_head=truth_head,
-            truth_base_yaw_rad=robot.base_yaw_rad,
             base_yaw_rad=math.remainder(
                 odometry.pose.heading_rad - robot.steering.position, math.tau
             ),

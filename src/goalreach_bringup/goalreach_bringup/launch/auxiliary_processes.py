@@ -1,6 +1,6 @@
 """Auxiliary processes of a run: the live page and the recorder."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 import logging
 from pathlib import Path
@@ -41,89 +41,72 @@ def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
     return installed and clock == 'realtime' and sys.stdout.isatty()
 
 
-class PageProcess:
+class PageProcess(ChildProcess):
     """Runs `goalreach dashboard` for a run and reports its URL.
 
     Anyone with the reported URL may steer: it holds a token that is nowhere else.
 
     Args:
         arena: Name or file of the arena.
+        directory: Directory of the run, for its log.
+        environment: Environment of the graph.
     """
 
-    def __init__(self, arena: str) -> None:
-        self._arena = arena
+    def __init__(self, arena: str, directory: Path, environment: Mapping[str, str]) -> None:
         self._token = secrets.token_urlsafe(16)
-        self._process: ChildProcess | None = None
         self._reported = False
-
-    def start(self, directory: Path, environment: Mapping[str, str]) -> None:
-        """Start it.
-
-        Args:
-            directory: Directory of the run, for its log.
-            environment: Environment of the graph.
-        """
-        self._process = ChildProcess(
+        super().__init__(
             'dashboard',
             _COMMAND_LINE,
-            ['dashboard', '--controls', '--arena', self._arena],
+            ['dashboard', '--controls', '--arena', arena],
             environment={**environment, TOKEN_VARIABLE: self._token},
             log_path=directory / 'dashboard.log',
         )
 
     def poll(self) -> None:
         """Report its URL once it has one, or that it ended; the run continues without it."""
-        if self._process is None or self._reported:
+        if self._reported:
             return
-        for line in self._process.read_log():
+        for line in self.read_log():
             if found := _PAGE_LINE.match(line):
                 self._reported = True
                 _LOG.info('live page: %s?token=%s', found[1], self._token)
-        if self._process.exit_status is not None:
+        if self.exit_status is not None:
             self._reported = True
-            _LOG.error('dashboard: error: %s', self._process.last_log_line())
-
-    def stop(self) -> None:
-        """End it."""
-        if self._process is not None:
-            stop_all([self._process])
+            _LOG.error('dashboard: error: %s', self.last_log_line())
 
 
 _DRAIN_S: Final = 30.0
 """Longest wait for a bag to be closed: the recorder flushes messages and writes a summary."""
 
 
-class RecorderProcess:
+class RecorderProcess(ChildProcess):
     """Runs `goalreach record` for a run.
 
     Args:
-        path: The bag.
-        storage: Its storage format.
-        clock: The run's clock, 'lockstep' or 'realtime'.
+        bag: The bag.
+        arguments: Further options of the command.
+        directory: Directory of the run, for its log.
+        environment: Environment of the graph.
 
     Attributes:
         failed: Whether it ended with an error.
     """
 
-    def __init__(self, path: Path, *, storage: str, clock: str) -> None:
-        self._path = path
-        self._arguments = ['record', str(path), '--storage', storage, '--with-run', clock]
-        self._process: ChildProcess | None = None
-        self._reported = False
+    def __init__(
+        self,
+        bag: Path,
+        arguments: Sequence[str],
+        directory: Path,
+        environment: Mapping[str, str],
+    ) -> None:
         self.failed = False
-
-    def start(self, directory: Path, environment: Mapping[str, str], parameters: Path) -> None:
-        """Start it.
-
-        Args:
-            directory: Directory of the run, for its log.
-            environment: Environment of the graph.
-            parameters: Parameter file of the run, kept in the bag.
-        """
-        self._process = ChildProcess(
+        self._bag = bag
+        self._reported = False
+        super().__init__(
             'record',
             _COMMAND_LINE,
-            [*self._arguments, '--parameters', str(parameters)],
+            ['record', str(bag), *arguments],
             environment=environment,
             log_path=directory / 'recorder.log',
         )
@@ -137,13 +120,12 @@ class RecorderProcess:
         Raises:
             GoalreachError: It ended before the run began.
         """
-        process = self._process
-        if process is None or self._reported:
+        if self._reported:
             return
-        process.read_log()
-        if process.exit_status is None:
+        self.read_log()
+        if self.exit_status is None:
             return
-        summary = process.exit_summary()
+        summary = self.exit_summary()
         if not began:
             raise GoalreachError(f'the recorder {summary}')
         self._reported = True
@@ -151,14 +133,11 @@ class RecorderProcess:
 
     def stop(self) -> str:
         """End it and wait until the bag is closed; return its last log line."""
-        process = self._process
-        if process is None:
-            return ''
-        process.signal(signal.SIGINT)
-        if not process.wait(_DRAIN_S):
-            stop_all([process])
-        status = process.exit_status
+        self.signal(signal.SIGINT)
+        if not self.wait(_DRAIN_S):
+            stop_all([self])
+        status = self.exit_status
         self.failed = status != 0
         if status is not None and status < 0:
-            return f'the recorder was killed: goalreach record --repair {self._path}'
-        return process.last_log_line()
+            return f'the recorder was killed: goalreach record --repair {self._bag}'
+        return self.last_log_line()

@@ -145,7 +145,7 @@ _YOUNG_S: Final = 2.0
 """A segment is created before it is locked; files younger than this are kept. Chosen."""
 
 
-def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) -> list[Path]:
+def abandoned_files(folder: Path = SHARED_MEMORY) -> list[Path]:
     """Return the Fast DDS files of this user that no living process uses.
 
     A process that receives through a segment or a port locks a second file whose name ends in
@@ -154,7 +154,6 @@ def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) 
 
     Args:
         folder: Folder of the files.
-        young_s: Files changed within this time count as used.
     """
     mapped = _mapped_names()
     bases = {path.name.removesuffix(_LOCK_SUFFIX) for path in folder.glob('fastrtps_*')}
@@ -165,7 +164,7 @@ def abandoned_files(folder: Path = SHARED_MEMORY, *, young_s: float = _YOUNG_S) 
             for path in (folder / name, folder / f'sem.{name}_mutex', folder / f'{name}_el')
             if path.exists()
         ]
-        if all(_is_abandoned(path, young_s) for path in files):
+        if all(_is_abandoned(path) for path in files):
             found += files
     return found
 
@@ -184,10 +183,10 @@ def remove_abandoned(folder: Path = SHARED_MEMORY) -> int:
     return len(files)
 
 
-def _is_abandoned(path: Path, young_s: float) -> bool:
+def _is_abandoned(path: Path) -> bool:
     try:
         status = path.stat()
-        if status.st_uid != os.getuid() or time.time() - status.st_mtime < young_s:
+        if status.st_uid != os.getuid() or time.time() - status.st_mtime < _YOUNG_S:
             return False
         if path.name.endswith(_LOCK_SUFFIX):
             with path.open('rb') as stream:

@@ -14,6 +14,7 @@ from goalreach_bringup.launch.auxiliary_processes import (
     RecorderProcess,
     is_page_wanted,
 )
+from goalreach_bringup.launch.child_process import stop_all
 from goalreach_bringup.launch.environment import domain_lock, graph_environment, make_run_directory
 from goalreach_bringup.launch.graph import Graph
 from goalreach_bringup.launch.learning_run import LearningRun
@@ -104,13 +105,10 @@ class RunSession:
         _LOG.info('logs, policy and parameters: %s', directory)
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
-        if is_page_wanted(requested=options.dashboard, clock=clock):
-            self._page = PageProcess(options.arena)
-        if options.record is not None:
-            self._recorder = RecorderProcess(options.record, storage=options.storage, clock=clock)
+        shows_page = is_page_wanted(requested=options.dashboard, clock=clock)
         with domain_lock():
             try:
-                self._drive(directory, policy, parameters)
+                self._drive(directory, policy, parameters, shows_page=shows_page)
             finally:
                 self._summarise(parameters, mode, time.monotonic() - began_s)
 
@@ -136,31 +134,36 @@ class RunSession:
             )
         return policy
 
-    def _drive(self, directory: Path, policy: Policy, parameters: NodeParameters) -> None:
+    def _drive(
+        self, directory: Path, policy: Policy, parameters: NodeParameters, *, shows_page: bool
+    ) -> None:
         """Bring the graph up and follow it to its end."""
+        options = self._options
         environment = graph_environment(os.environ, directory)
         os.environ.update(environment)
         graph = Graph(
             parameters=parameters,
             directory=directory,
             environment=environment,
-            composed=self._options.composed,
-            remaps=self._options.remaps,
+            composed=options.composed,
+            remaps=options.remaps,
         )
         self._stop = StopRequest()
         try:
             graph.start()
-            if self._recorder is not None:
-                self._recorder.start(directory, environment, graph.parameters_path)
-            if self._page is not None:
-                self._page.start(directory, environment)
+            if options.record is not None:
+                words = ['--storage', options.storage, '--with-run', parameters[ROBOT]['clock']]
+                words += ['--parameters', str(graph.parameters_path)]
+                self._recorder = RecorderProcess(options.record, words, directory, environment)
+            if shows_page:
+                self._page = PageProcess(options.arena, directory, environment)
             self._follow(graph, policy, parameters)
         finally:
             if self._recorder is not None:
                 _LOG.info(self._recorder.stop())
             graph.stop()
             if self._page is not None:
-                self._page.stop()
+                stop_all([self._page])
 
     def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
         # These load rclpy, which takes its time: the nodes start meanwhile.

@@ -43,6 +43,7 @@ from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator_config import SimulatorConfig
 
 _COMPRESSED_PERIOD_S = 0.1
+"""Least time of the wall clock between two JPEG copies."""
 _JPEG_QUALITY = 70
 
 _WALL_HEIGHT_M = 0.5
@@ -55,40 +56,11 @@ _BLUE = ColorRGBA(r=0.0, g=0.45, b=0.70, a=0.8)
 _GREEN = ColorRGBA(r=0.0, g=0.62, b=0.45, a=0.25)
 
 
-class CompressedImagePublisher:
-    """Publishes JPEG copies of the camera image for viewers.
-
-    Publishes `/camera/image_raw/compressed` at most ten times a second of the wall clock, and
-    only while it has subscribers.
-
-    Args:
-        node: The node that publishes.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._publisher = node.create_publisher(
-            CompressedImage, topics.COMPRESSED_IMAGE, SENSOR_QOS
-        )
-        self._published_s = -math.inf
-
-    def publish_if_due(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
-        """Encode and publish an image if one is due and has subscribers.
-
-        Args:
-            image: (height, width), grey values.
-            stamp_ns: Stamp of the image, nanoseconds.
-        """
-        now_s = time.monotonic()
-        due = now_s - self._published_s >= _COMPRESSED_PERIOD_S
-        if not due or not self._publisher.get_subscription_count():
-            return
-        self._published_s = now_s
-        _, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-        self._publisher.publish(compressed_image_to_raw(jpeg.tobytes(), stamp_ns))
-
-
 class FramePublisher:
     """Publishes the sensor readings and the ground truth of each tick.
+
+    For viewers, it also publishes JPEG copies of the image, at most ten times a second of the wall
+    clock, and only while they have subscribers.
 
     Args:
         node: The node that publishes.
@@ -100,7 +72,10 @@ class FramePublisher:
         self._reply = StampedReply()
         self._clock = node.create_publisher(Clock, topics.CLOCK, RELIABLE_QOS)
         self._image = node.create_publisher(Image, topics.IMAGE, SENSOR_QOS)
-        self._compressed = CompressedImagePublisher(node)
+        self._compressed = node.create_publisher(
+            CompressedImage, topics.COMPRESSED_IMAGE, SENSOR_QOS
+        )
+        self._compressed_s = -math.inf
         self._camera = node.create_publisher(CameraInfo, topics.CAMERA_INFO, SENSOR_QOS)
         self._odom = node.create_publisher(Odometry, topics.ODOM, RELIABLE_QOS)
         self._joints = node.create_publisher(JointState, topics.JOINT_STATES, RELIABLE_QOS)
@@ -123,12 +98,22 @@ class FramePublisher:
         send(self._bumpers, bumpers)
         send(self._camera, camera_to_raw(frame.camera, stamp_ns))
         send(self._image, image_to_raw(frame.image, stamp_ns))
-        self._compressed.publish_if_due(frame.image, stamp_ns)
+        self._publish_compressed(frame.image, stamp_ns)
         if self._transforms.active:
             self._transforms.publish(
                 odometry_transforms(stamp_ns, frame.odometry.pose, frame.base_yaw_rad)
                 + head_transforms(stamp_ns, frame.joints, self._config.camera_height_m)
             )
+
+    def _publish_compressed(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
+        """Encode and publish an image if one is due and has subscribers."""
+        now_s = time.monotonic()
+        due = now_s - self._compressed_s >= _COMPRESSED_PERIOD_S
+        if not due or not self._compressed.get_subscription_count():
+            return
+        self._compressed_s = now_s
+        _, jpeg = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        self._compressed.publish(compressed_image_to_raw(jpeg.tobytes(), stamp_ns))
 
     def repeat(self, stamp_ns: int) -> None:
         """Publish the last frame again, for nodes that have lost it."""
