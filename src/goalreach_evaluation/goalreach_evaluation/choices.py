@@ -12,12 +12,7 @@ from goalreach_learning.policy_file import policy_names, read_policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
-from goalreach_msgs_py.errors import (
-    ConfigurationError,
-    FileFormatError,
-    GoalreachError,
-    one_line_repr,
-)
+from goalreach_msgs_py.errors import ConfigurationError, FileFormatError, one_line_repr
 from goalreach_msgs_py.files import read_yaml
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
 from goalreach_msgs_py.options import option
@@ -105,7 +100,7 @@ def read_noise(path: Path | str) -> NoiseModel:
         raise FileFormatError(path, str(error)) from None
 
 
-def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int) -> Policy:
+def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int = 0) -> Policy:
     """Return a policy given by name, by file or as an object, or learn one for an arena.
 
     Args:
@@ -114,27 +109,17 @@ def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int) -
         seed: Seed of the learning phase.
 
     Raises:
-        GoalreachError: The file is not a policy, or was learned on other regions.
+        FileFormatError: The file is not a policy, or it was learned on other regions.
     """
     if policy is None:
         return train(arena, rng=np.random.default_rng(seed)).policy
-    if not isinstance(policy, Policy):
-        return read_policy_for(policy, arena)
-    if difference := _region_difference(policy, arena):
-        raise GoalreachError(f'policy: {difference}')
-    return policy
-
-
-def read_policy_for(path: Path | str, arena: Arena) -> Policy:
-    """Read a policy that was learned on an arena's regions.
-
-    Raises:
-        FileFormatError: The file is not a policy, or was learned on other regions.
-    """
-    policy = read_policy(path)
-    if difference := _region_difference(policy, arena):
-        raise FileFormatError(path, difference)
-    return policy
+    if isinstance(policy, Policy):
+        chosen, name = policy, 'policy'
+    else:
+        chosen, name = read_policy(policy), str(policy)
+    if difference := _region_difference(chosen, arena):
+        raise FileFormatError(name, difference)
+    return chosen
 
 
 def _region_difference(policy: Policy, arena: Arena) -> str:

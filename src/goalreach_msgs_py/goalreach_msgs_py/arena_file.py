@@ -77,14 +77,19 @@ def read_arena(path: Path | str) -> Arena:
 
 def _arena(document: object) -> Arena:
     fields = _mapping(document, 'the file', _FIELDS)
-    width_m, length_m = (_size(fields[name], name) for name in ('width_m', 'length_m'))
+    width_m, length_m = (_number(fields[name], name) for name in ('width_m', 'length_m'))
+    check_size('width_m', width_m)
+    check_size('length_m', length_m)
+    leds = fields['leds_m']
+    if not isinstance(leds, list):
+        raise ConfigurationError('leds_m', leds, 'a list of [x, y, z]')
     regions = _regions(fields['regions'], (width_m, length_m))
     # Without starts at first: they are placed along borders that must have been checked before.
     arena = Arena(
         name=_name(fields['name']),
         width_m=width_m,
         length_m=length_m,
-        landmarks_m=_leds(fields['leds_m']),
+        landmarks_m=tuple(numbers_of(led, (3,), f'leds_m[{k}]') for k, led in enumerate(leds)),
         regions=regions,
         starts=(),
     )
@@ -95,18 +100,6 @@ def _name(value: object) -> str:
     if not isinstance(value, str) or not value.strip() or not value.isprintable():
         raise ConfigurationError('name', value, 'a text of one line')
     return value
-
-
-def _size(value: object, name: str) -> float:
-    size_m = _number(value, name)
-    check_size(name, size_m)
-    return size_m
-
-
-def _leds(value: object) -> tuple[tuple[float, ...], ...]:
-    if not isinstance(value, list):
-        raise ConfigurationError('leds_m', value, 'a list of [x, y, z]')
-    return tuple(numbers_of(led, (3,), f'leds_m[{index}]') for index, led in enumerate(value))
 
 
 def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:

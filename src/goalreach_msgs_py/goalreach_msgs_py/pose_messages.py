@@ -11,7 +11,7 @@ import numpy as np
 
 from goalreach_msgs_py.cdr import CdrReader, CdrWriter, MessageError
 from goalreach_msgs_py.topics import BASE_FRAME, MAP_FRAME
-from goalreach_msgs_py.values import FloatArray, Odometry, Pose2, PoseEstimate, Twist2
+from goalreach_msgs_py.values import Odometry, Pose2, PoseEstimate, Twist2
 
 _POSE = '7d'
 """x, y, z and the quaternion x, y, z, w of a geometry_msgs/Pose."""
@@ -90,7 +90,11 @@ def estimate_from_raw(raw: bytes) -> PoseEstimate:
     """
     reader = CdrReader(raw)
     pose = _pose(reader.numbers(_POSE))
-    return PoseEstimate(pose=pose, covariance=_planar_covariance(reader.numbers(_COVARIANCE)))
+    numbers = reader.numbers(_COVARIANCE)
+    planar = [numbers[place] for place in _PLACES]
+    if not all(map(math.isfinite, planar)) or min(planar[::4]) < 0:
+        raise MessageError(f'covariance with diagonal {planar[::4]}: must be finite, not negative')
+    return PoseEstimate(pose=pose, covariance=np.array(planar).reshape(3, 3))
 
 
 def path_to_raw(poses: Sequence[tuple[int, Pose2]], stamp_ns: int) -> bytes:
@@ -132,13 +136,6 @@ def _twist(numbers: Sequence[float]) -> Twist2:
         linear_m_per_s=require_finite('twist.linear.x', numbers[0]),
         steering_rad_per_s=require_finite('twist.angular.z', numbers[5]),
     )
-
-
-def _planar_covariance(numbers: Sequence[float]) -> FloatArray:
-    planar = [numbers[place] for place in _PLACES]
-    if not all(map(math.isfinite, planar)) or min(planar[::4]) < 0:
-        raise MessageError(f'covariance with diagonal {planar[::4]}: must be finite, not negative')
-    return np.array(planar).reshape(3, 3)
 
 
 def require_finite(field: str, number: float) -> float:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from goalreach_evaluation.choices import read_policy_for
+from goalreach_evaluation.choices import choose_policy
 from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
@@ -49,7 +49,7 @@ class LearningRun:
             policy = Policy.unlearned(arena.regions)
             write_policy(path, policy)
             return cls(policy=policy, first_path=0, trials=trials)
-        policy = read_policy_for(path, arena)
+        policy = choose_policy(path, arena)
         driven = policy.learning.get(_PATHS_DRIVEN, None if policy.visits.any() else 0)
         if type(driven) is not int or driven < 0:
             reason = f'learning.{_PATHS_DRIVEN} = {driven!r}: must be the number of paths driven'

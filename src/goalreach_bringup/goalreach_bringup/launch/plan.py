@@ -74,7 +74,10 @@ def plan_parameters(
     defaults = _defaults(options.noise, arena, mission, seeds)
     faults = flatten_config(FaultParameters())
     for node, values in user.items():
-        _require_known(node, values, {**defaults[node], **(faults if node == ROBOT else {})})
+        known = {**defaults[node], **(faults if node == ROBOT else {}), 'use_sim_time': True}
+        for name, value in values.items():
+            if name not in known:
+                raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
         defaults[node].update(values)
     defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
     defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
@@ -132,12 +135,6 @@ def _mission(
 
 def _given(**values: Any) -> dict[str, Any]:  # noqa: ANN401 - parameters of any type
     return {name: value for name, value in values.items() if value is not None}
-
-
-def _require_known(node: str, values: dict[str, Any], known: dict[str, Any]) -> None:
-    for name, value in values.items():
-        if name not in known and name != 'use_sim_time':
-            raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
 
 
 def _check(parameters: NodeParameters) -> None:

@@ -197,9 +197,6 @@ class RunSession:
             self._page.poll()
         if self._recorder is not None:
             self._recorder.poll(began=monitor.progress.last_ns > 0)
-        return self._complete()
-
-    def _complete(self) -> bool:
         total = self._total_paths()
         return bool(total) and self._tally.paths + self._unjudged >= total
 

@@ -60,9 +60,12 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     axes.set_ylim(-8, length + 4)
     axes.set_xlabel('x (in)')
     axes.set_ylabel('y (in)')
-    _set_ticks(axes, width, length)
+    axes.set_xticks([_TICK_IN * k for k in range(int(width // _TICK_IN) + 1)])
+    axes.set_yticks([_TICK_IN * k for k in range(int(length // _TICK_IN) + 1)])
+    axes.tick_params(labelsize=8)
     add_metre_axes(axes)
-    _draw_goal(axes, arena)
+    x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(arena.regions.goal))
+    axes.add_patch(Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, **_GOAL))
     axes.add_patch(
         Rectangle((0, 0), width, length, fill=False, edgecolor=BLACK, linewidth=2.2, zorder=6)
     )
@@ -71,12 +74,6 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     if borders:
         _draw_borders(axes, arena)
     return figure, axes
-
-
-def _set_ticks(axes: Axes, width: float, length: float) -> None:
-    axes.set_xticks([_TICK_IN * k for k in range(int(width // _TICK_IN) + 1)])
-    axes.set_yticks([_TICK_IN * k for k in range(int(length // _TICK_IN) + 1)])
-    axes.tick_params(labelsize=8)
 
 
 def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
@@ -96,11 +93,6 @@ def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
         right.set_ylabel('y (m)')
         right.tick_params(labelsize=8)
         right.yaxis.set_major_locator(MultipleLocator(_TICK_M))
-
-
-def _draw_goal(axes: Axes, arena: Arena) -> None:
-    x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(arena.regions.goal))
-    axes.add_patch(Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, **_GOAL))
 
 
 def add_legend(axes: Axes, *handles: Artist) -> None:

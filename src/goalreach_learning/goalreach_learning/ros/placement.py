@@ -4,12 +4,12 @@ from collections.abc import Callable
 import time
 from typing import Any, Final
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import SetBool, Trigger
 
+from goalreach_msgs_py.ros.messaging import steady_timer
 from goalreach_msgs_py.topics import PAUSE_SERVICE, RESET_SERVICE, ROBOT
 from goalreach_msgs_py.values import Pose2
 
@@ -34,8 +34,7 @@ class ConditionWait:
         self._warning = warning
         self._action: Callable[[], None] | None = None
         self._warned_s = 0.0
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(_POLL_S, self._poll, clock=steady)
+        self._timer = steady_timer(node, _POLL_S, self._poll)
         self._timer.cancel()
 
     def run(self, action: Callable[[], None]) -> None:
@@ -77,8 +76,7 @@ class RobotPlacement:
         )
         self._request: Callable[[], None] | None = None
         self._attempt = 0
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._deadline = node.create_timer(_ANSWER_S, self._on_deadline, clock=steady)
+        self._deadline = steady_timer(node, _ANSWER_S, self._on_deadline)
         self._deadline.cancel()
 
     def place(self, start: Pose2, done: Callable[[], None]) -> None:

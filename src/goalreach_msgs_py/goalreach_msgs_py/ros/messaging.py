@@ -15,6 +15,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.timer import Timer
 from std_msgs.msg import Header
 
 from goalreach_msgs_py.cdr import MessageError, stamp_of
@@ -71,6 +72,11 @@ def subscribe_raw(
     node.create_subscription(message_type, topic, receive, qos, raw=True)
 
 
+def steady_timer(node: Node, period_s: float, callback: Callable[[], None]) -> Timer:
+    """Create a timer that follows the wall clock, whatever the clock of the graph."""
+    return node.create_timer(period_s, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
 class InputReporter:
     """Logs what an `InputMonitor` finds wrong with a node's inputs, each problem once in 2 s.
 
@@ -87,7 +93,7 @@ class InputReporter:
         self._monitor = InputMonitor(required)
         self._missing = missing
         self._logged_s: dict[tuple[str, str], float] = {}
-        node.create_timer(_CHECK_S, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady_timer(node, _CHECK_S, self._check)
 
     def received(self, topic: str, stamp_ns: int) -> None:
         """Record a message."""

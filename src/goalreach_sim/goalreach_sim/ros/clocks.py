@@ -6,11 +6,10 @@ from typing import Final
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from goalreach_msgs_py.ros.acknowledgement import AcknowledgementGate
-from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, steady_timer, subscribe_raw
 from goalreach_msgs_py.topics import (
     CMD_VEL,
     CONTROLLER,
@@ -59,7 +58,6 @@ class RealtimeClock:
         self._node = node
         self._period_s = period_ns * 1e-9
         self._tick = tick
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = None
         self._paused = False
         self._awaits_consumers = bool(timing.consumer_names)
@@ -79,9 +77,7 @@ class RealtimeClock:
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
         self._restart(speed)
-        self._timer = self._node.create_timer(
-            self._pacer.interval_s, self._on_timer, clock=self._steady
-        )
+        self._timer = steady_timer(self._node, self._pacer.interval_s, self._on_timer)
 
     def accepts(self, _topic: str, _stamp_ns: int) -> bool:
         """Return whether a command may be taken: in real time always."""
@@ -153,8 +149,7 @@ class LockstepClock:
         self._gate = AcknowledgementGate(
             node, timing.consumer_names, period_ns=period_ns, on_room=self._step_if_answered
         )
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_POLL_S, self._on_timer, clock=steady)
+        steady_timer(node, _POLL_S, self._on_timer)
 
     def pause(self, *, on: bool) -> None:
         """Withhold ticks, or continue."""

@@ -7,7 +7,6 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray
 
@@ -23,7 +22,7 @@ from goalreach_msgs_py.diagnostic_messages import (
 from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.pose_messages import odometry_from_raw
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
-from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, subscribe_raw
+from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, steady_timer, subscribe_raw
 from goalreach_msgs_py.topics import GROUND_TRUTH, MONITOR, Q_TABLE, STATE, TRANSITION
 from goalreach_msgs_py.values import Confidence, Pose2
 
@@ -80,8 +79,7 @@ class RunMonitor(Node):
         )
         self._acknowledger = Acknowledger(self, window_ticks=_WINDOW_TICKS)
         self._ticks = 0
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(_SILENCE_S, self._evaluate_pending, clock=steady)
+        steady_timer(self, _SILENCE_S, self._evaluate_pending)
 
     @property
     def progress(self) -> Progress:
