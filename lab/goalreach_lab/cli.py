@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(given: Sequence[str]) -> int:
     suites = {name: _load(name) for name in SUITES}
     command = replace(suites[_DEFAULT], summary=SUMMARY, subcommands=suites)
-    return cli.run_command(command, 'bench', given)
+    return command.run('goalreach bench', given)
 
 
 def _load(name: str) -> Command:

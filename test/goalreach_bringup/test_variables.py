@@ -1,17 +1,23 @@
 from __future__ import annotations
 
+import contextlib
+from importlib.util import find_spec
 import os
 from pathlib import Path
+import socket
 import subprocess
 import sys
+import threading
 
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_bringup import cli
+from goalreach_bringup import cli, variables
 from goalreach_bringup.variables import check_variables
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.ros import dds_profile
+import graphs
 
 HOME = {'HOME': '/'}
 NAMES = (
@@ -39,14 +45,27 @@ NAMES = (
         ('RMW_IMPLEMENTATION', '../x', 'rmw_fastrtps_cpp, or another'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF', 'cannot find each other'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'localhost', 'one of LOCALHOST, SUBNET'),
-        ('ROS_STATIC_PEERS', '127.0.0.1;;10.0.0.1', 'separated by semicolons'),
+        ('ROS_STATIC_PEERS', '127.0.0.1; 127.0.0.1', 'separated by semicolons'),
+        ('ROS_STATIC_PEERS', '::1', 'IPv4 addresses or host names'),
         ('ROS_LOCALHOST_ONLY', 'yes', 'one of 0, 1'),
         ('FASTRTPS_DEFAULT_PROFILES_FILE', '/no/such.xml', 'an XML file'),
         ('FASTDDS_DEFAULT_PROFILES_FILE', '/etc/hostname', 'an XML file'),
+        ('FASTRTPS_DEFAULT_PROFILES_FILE', '/dev/zero', 'an XML file'),
+        ('FASTDDS_DEFAULT_PROFILES_FILE', '/etc', 'an XML file'),
+        ('FASTDDS_ENVIRONMENT_FILE', '/no/such.json', 'a file'),
+        ('FASTDDS_BUILTIN_TRANSPORTS', 'NONE', 'one of DEFAULT'),
+        ('ROS_DISCOVERY_SERVER', ';', 'addresses of servers'),
+        ('ROS_SUPER_CLIENT', 'yes', 'one of true'),
+        ('SKIP_DEFAULT_XML_FILE', 'yes', 'one of 0, 1'),
+        ('RCL_ASSERT_RMW_ID_MATCHES', 'rmw_x', 'the middleware in use, rmw_fastrtps_cpp'),
+        ('RCL_LOGGING_SPDLOG_EXPERIMENTAL_OLD_FLUSHING_BEHAVIOR', 'x', 'one of 0, 1'),
+        ('HOME', '/dev/null', 'a folder that can be written (or set ROS_LOG_DIR)'),
+        ('ROS_LOG_DIR', '/\udcff', 'a folder that can be written'),
         ('ROS_HOME', '/dev/null/x', 'a folder that can be written'),
         ('ROS_LOG_DIR', '/etc/hostname', 'a folder that can be written'),
         ('RCUTILS_LOGGING_BUFFERED_STREAM', '9', 'one of 0, 1'),
         ('ROS_SECURITY_ENABLE', 'true', 'false, or set ROS_SECURITY_KEYSTORE too'),
+        ('ROS_SECURITY_ENCLAVE_OVERRIDE', 'robot', 'begins with a slash'),
         ('ROS_SECURITY_STRATEGY', 'enforce', 'one of Enforce, Permissive'),
     ],
 )
@@ -68,12 +87,86 @@ def test_a_bad_value_is_refused_with_what_is_allowed(name: str, value: str, allo
         ('ROS_DOMAIN_ID', ''),
         ('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET'),
-        ('ROS_STATIC_PEERS', '127.0.0.1;localhost'),
+        ('ROS_STATIC_PEERS', '127.0.0.1;;localhost'),
+        ('ROS_DISCOVERY_SERVER', ';10.0.0.2:11811;[::1]:11812'),
+        ('FASTDDS_BUILTIN_TRANSPORTS', 'LARGE_DATA?max_msg_size=200KB'),
+        ('ROS_LOG_DIR', '~nobody-of-this-name/x'),
+        ('FASTDDS_DEFAULT_PROFILES_FILE', dds_profile.DISCOVERY_PROFILE),
         ('ROS_SECURITY_ENABLE', 'false'),
     ],
 )
 def test_a_good_value_is_accepted(name: str, value: str) -> None:
     check_variables({**HOME, name: value})
+
+
+@pytest.mark.parametrize('name', ['ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE'])
+def test_a_run_uses_no_discovery_server(name: str, tmp_path: Path) -> None:
+    path = tmp_path / '127.0.0.1'
+    path.touch()
+    environment = {**HOME, name: str(path) if name.endswith('FILE') else '127.0.0.1:11811'}
+
+    check_variables(environment)
+    with pytest.raises(ConfigurationError, match=f'^{name} = .* must be unset: the nodes'):
+        check_variables(environment, starts_graph=True)
+
+
+@pytest.mark.parametrize('content', [None, '', '<dds', '<a/>'])
+def test_a_profile_is_a_file_of_profiles(content: str | None, tmp_path: Path) -> None:
+    """Opening a pipe waits for a writer; of another document Fast DDS takes nothing."""
+    path = tmp_path / 'profile.xml'
+    if content is None:
+        os.mkfifo(path)
+    else:
+        path.write_text(content)
+
+    with pytest.raises(ConfigurationError, match='an XML file of Fast DDS profiles'):
+        check_variables({**HOME, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(path)})
+
+
+def test_a_name_server_that_does_not_answer_is_not_waited_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    answered = threading.Event()
+    monkeypatch.setattr(socket, 'getaddrinfo', lambda *_: answered.wait())
+
+    with pytest.raises(ConfigurationError, match='resolved within 2 s'):
+        check_variables({**HOME, 'ROS_STATIC_PEERS': 'robot.example'})
+    answered.set()
+
+
+def test_sockets_fit_into_the_temporary_folder(tmp_path: Path) -> None:
+    longest = Path(os.path.realpath(tmp_path))
+    longest /= 'x' * (variables._LONGEST_TMPDIR - 1 - len(str(longest)))
+    for folder in (longest, longest.with_name(longest.name + 'x')):
+        folder.mkdir()
+
+    check_variables({**HOME, 'TMPDIR': f'{longest}/not/there'})
+    check_variables({**HOME, 'TMPDIR': str(longest)})
+    with pytest.raises(ConfigurationError, match=r'^TMPDIR = .* at most 75 bytes'):
+        check_variables({**HOME, 'TMPDIR': f'{longest}x'})
+
+
+@pytest.mark.skipif(not find_spec('ros_wheels_bootstrapper'), reason='ROS 2 is not from wheels')
+def test_the_wheels_have_no_security(tmp_path: Path) -> None:
+    secured = {**HOME, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(tmp_path)}
+
+    with pytest.raises(ConfigurationError, match='no security plug-ins'):
+        check_variables(secured)
+
+
+@pytest.mark.parametrize(
+    ('enclave', 'good'), [('', True), ('/goalreach', True), ('/another', False)]
+)
+def test_an_enclave_is_in_its_keystore(
+    enclave: str, good: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(variables, 'find_spec', lambda _: None)  # as on a full installation
+    (tmp_path / 'enclaves' / 'goalreach').mkdir(parents=True)
+    secured = {**HOME, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(tmp_path)}
+    refusal = pytest.raises(ConfigurationError, match='a keystore with a folder enclaves/')
+
+    with contextlib.nullcontext() if good else refusal:
+        check_variables({**secured, 'ROS_SECURITY_ENCLAVE_OVERRIDE': enclave})
 
 
 def test_another_middleware_is_accepted_where_its_library_is(tmp_path: Path) -> None:
@@ -117,7 +210,9 @@ def test_every_ros_command_checks_first(
         ('ROS_DOMAIN_ID', '500'),
         ('ROS_DOMAIN_ID', '-1'),
         ('RMW_IMPLEMENTATION', 'rmw_cyclonedds_cpp'),
+        ('RCL_ASSERT_RMW_ID_MATCHES', 'rmw_cyclonedds_cpp'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF'),
+        ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811'),
     ],
 )
 def test_a_run_with_a_bad_variable_starts_nothing(name: str, value: str, tmp_path: Path) -> None:
@@ -135,3 +230,22 @@ def test_a_run_with_a_bad_variable_starts_nothing(name: str, value: str, tmp_pat
     assert done.stderr.startswith(f'goalreach run: {name} = {value!r}: must be ')
     assert done.stderr.count('\n') == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize('command', ['run --paths 1', 'dashboard --port 0', 'replay bag'])
+def test_a_log_folder_that_cannot_be_made_is_named(command: str, tmp_path: Path) -> None:
+    """Not even root may write there, which no look at the permissions shows."""
+    if command.startswith('dashboard'):
+        pytest.importorskip('nicegui')
+    done = subprocess.run(
+        [sys.executable, '-m', 'goalreach_bringup.cli', *command.split()],
+        cwd=tmp_path,
+        env={**os.environ, 'ROS_DOMAIN_ID': str(graphs.fresh_domain()), 'ROS_LOG_DIR': '/proc/x'},
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+        check=False,
+    )
+
+    assert done.returncode == 2
+    assert done.stderr.count('\n') == 1, done.stderr

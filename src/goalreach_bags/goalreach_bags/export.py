@@ -105,9 +105,7 @@ def _parquet(table: MessageTable) -> bytes:
         arrow: Any = importlib.import_module('pyarrow')
         parquet: Any = importlib.import_module('pyarrow.parquet')
     except ModuleNotFoundError:
-        raise GoalreachError(
-            "Parquet needs pyarrow: pip install 'goalreach[parquet]'; CSV needs nothing"
-        ) from None
+        raise GoalreachError('Parquet needs pyarrow: pip install pyarrow') from None
     content = BytesIO()
     parquet.write_table(arrow.table(table.columns), content)
     return content.getvalue()

@@ -11,6 +11,7 @@ import contextlib
 import errno
 import importlib
 import os
+import re
 import signal
 import sys
 from typing import TYPE_CHECKING, Final
@@ -39,11 +40,11 @@ _STATUS_INTERRUPTED = 130
 _STREAMS: Final = ('stdin', 'stdout', 'stderr')
 _UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
 """Errors of a write to a full disk or a terminal that has gone."""
+_UNSTARTED: Final = ('failed to initialize', 'error creating node')
+"""Errors of rclpy for what this machine or its variables do not allow."""
 _PROGRAM = 'goalreach'
 _FORKING = ('run',)
 """Commands that fork nodes: the fork server starts to import before the command does."""
-_USUAL_MIDDLEWARE = ('', 'rmw_fastrtps_cpp')
-"""With another one it waits for the check of the variables: rclpy's import refuses some itself."""
 
 
 def load_command(name: str) -> Command:
@@ -70,10 +71,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run_named(name: str, *arguments: str) -> int:
-    usual = os.environ.get('RMW_IMPLEMENTATION', '') in _USUAL_MIDDLEWARE
-    if name in _FORKING and usual and not {'-h', '--help'}.intersection(arguments):
+    from goalreach_bringup.variables import check_variables
+
+    if name in ROS_COMMANDS:
+        check_variables(os.environ, starts_graph=name in _FORKING)
+    if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
         start_fork_server()
-    return run_command(load_command(name), name, arguments)
+    return load_command(name).run(f'{_PROGRAM} {name}', arguments)
 
 
 def _run_unnamed(given: Sequence[str]) -> int:
@@ -97,24 +101,6 @@ def _list_of_commands() -> str:
     return 'commands:\n' + '\n'.join(lines)
 
 
-def run_command(command: Command, name: str, arguments: Sequence[str]) -> int:
-    """Parse the options of a command and execute it; return its exit status.
-
-    Args:
-        command: The command.
-        name: Its name on the command line.
-        arguments: Its arguments.
-
-    Raises:
-        GoalreachError: An environment variable or an option is refused, or the command fails.
-    """
-    from goalreach_bringup.variables import check_variables
-
-    if name in ROS_COMMANDS:
-        check_variables(os.environ)
-    return command.run(f'{_PROGRAM} {name}', arguments)
-
-
 def guarded(program: str, execute: Callable[[], int]) -> int:
     """Run a program; report what its user can correct in one line, without a traceback.
 
@@ -127,6 +113,8 @@ def guarded(program: str, execute: Callable[[], int]) -> int:
         cannot be written, 130 after Ctrl-C, 141 where the reader of its output has gone.
     """
     _open_closed_streams()
+    if not re.fullmatch('0*[1-9][0-9]{0,4}', os.environ.get('COLUMNS', '1')):
+        del os.environ['COLUMNS']  # as Python does; rich would print nothing, or fail
     try:
         try:
             return execute()
@@ -150,6 +138,8 @@ def _explain(error: BaseException) -> tuple[str, int | None]:
 
     if isinstance(error, GoalreachError):
         return str(error), error.status
+    if type(error).__name__ == 'RCLError' and str(error).startswith(_UNSTARTED):
+        return str(error).splitlines()[0], 2
     if isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError):
         return '', 128 + signal.SIGPIPE  # rich turns it into SystemExit
     if isinstance(error, OSError) and error.errno in _UNWRITABLE and error.filename is None:

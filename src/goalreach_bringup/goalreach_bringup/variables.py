@@ -5,11 +5,15 @@ names and values are those of rcl, rmw and Fast DDS in Jazzy.
 """
 
 from collections.abc import Callable, Mapping
+import contextlib
+from importlib.util import find_spec
 import os
+from os.path import abspath, expanduser, isdir, isfile
 from pathlib import Path
+import re
 import socket
+import threading
 from typing import Final
-from xml.etree import ElementTree as ET
 
 from goalreach_msgs_py.errors import ConfigurationError, one_line
 
@@ -19,23 +23,30 @@ HIGHEST_DOMAIN: Final = 232
 Check = Callable[[str, Mapping[str, str]], str]
 """Returns what is allowed where the value is not, else an empty text."""
 
+_RESOLUTION_S: Final = 2.0
+"""Longest wait for the addresses of host names. Chosen."""
+_LONGEST_TMPDIR: Final = 75
+"""The path of a Unix socket has at most 107 bytes (unix(7)), and that of `multiprocessing` ends in
+/pymp-xxxxxxxx/listener-xxxxxxxx."""
 
-def check_variables(environment: Mapping[str, str]) -> None:
+
+def check_variables(environment: Mapping[str, str], *, starts_graph: bool = False) -> None:
     """Check the variables that are set; an empty one counts as not set.
 
     Args:
         environment: Environment variables by name.
+        starts_graph: Whether a graph of this machine's own is to be started, which would wait
+            without end for a discovery server that does not run.
 
     Raises:
         ConfigurationError: A value is refused; the error names variable, value and what is
             allowed.
     """
-    for name, check in _CHECKS.items():
-        value = environment.get(name)
-        if value and (allowed := check(value, environment)):
+    checks = {**_CHECKS, **dict.fromkeys(_SERVER_VARIABLES if starts_graph else (), _unset)}
+    for name, check in checks.items():
+        value = environment.get(name, '')
+        if (value or name == 'HOME') and (allowed := check(value, environment)):
             raise ConfigurationError(name, value, allowed)
-    if not any(environment.get(name) for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')):
-        raise ConfigurationError('HOME', environment.get('HOME'), 'a folder (or set ROS_LOG_DIR)')
 
 
 def _one_of(*values: str) -> Check:
@@ -63,17 +74,20 @@ def _middleware(value: str, environment: Mapping[str, str]) -> str:
 
 
 def _profile(value: str, _: Mapping[str, str]) -> str:
-    path = Path(value)
-    try:
-        ET.parse(path)  # noqa: S314 - the middleware reads the user's own file anyway
-    except (OSError, ET.ParseError, ValueError):
-        return 'an XML file of Fast DDS profiles that can be read'
-    return ''
+    from xml.etree import ElementTree as ET
+
+    root = ''
+    with contextlib.suppress(OSError, ET.ParseError, ValueError):
+        if isfile(value):  # a pipe would be waited for
+            root = ET.parse(value).getroot().tag  # noqa: S314 - Fast DDS reads it anyway
+    good = root.rpartition('}')[2] in ('dds', 'profiles')
+    return '' if good else 'an XML file of Fast DDS profiles that can be read'
 
 
 def _folder(value: str, _: Mapping[str, str]) -> str:
-    path = Path(value).expanduser().absolute()
+    path = Path(expanduser(value)).absolute()
     try:
+        value.encode()  # rclpy takes UTF-8 only
         while not path.exists():
             path = path.parent
         good = path.is_dir() and os.access(path, os.W_OK | os.X_OK)
@@ -82,45 +96,96 @@ def _folder(value: str, _: Mapping[str, str]) -> str:
     return '' if good else 'a folder that can be written'
 
 
+def _home(value: str, environment: Mapping[str, str]) -> str:
+    if environment.get('ROS_HOME') or environment.get('ROS_LOG_DIR'):
+        return ''
+    bad = not value or _folder(value, environment)
+    return 'a folder that can be written (or set ROS_LOG_DIR)' if bad else ''
+
+
+def _unset(_: str, __: Mapping[str, str]) -> str:
+    return 'unset: the nodes of a run find each other without a server'
+
+
+def _temporary(value: str, _: Mapping[str, str]) -> str:
+    path = abspath(value)
+    good = len(os.fsencode(path)) <= _LONGEST_TMPDIR or not isdir(path)
+    return '' if good else f'a path of at most {_LONGEST_TMPDIR} bytes: sockets are made there'
+
+
 def _peers(value: str, _: Mapping[str, str]) -> str:
-    try:
-        for peer in value.split(';'):
-            socket.getaddrinfo(peer or ' ', None)
-    except (OSError, UnicodeError):
-        return 'addresses or host names that can be resolved, separated by semicolons'
-    return ''
+    found = threading.Event()
+
+    def resolve() -> None:
+        with contextlib.suppress(OSError, UnicodeError):
+            for peer in filter(None, value.split(';')):
+                socket.getaddrinfo(peer, None, socket.AF_INET)
+            found.set()
+
+    threading.Thread(target=resolve, daemon=True).start()  # a name server may not answer
+    names = f'IPv4 addresses or host names that are resolved within {_RESOLUTION_S:g} s'
+    return '' if found.wait(_RESOLUTION_S) else f'{names}, separated by semicolons'
+
+
+def _matching(pattern: str, allowed: str) -> Check:
+    return lambda value, _: '' if re.fullmatch(pattern, value, re.ASCII) else allowed
 
 
 def _keystore(value: str, environment: Mapping[str, str]) -> str:
-    if environment.get('ROS_SECURITY_ENABLE') != 'true':
+    enclave = environment.get('ROS_SECURITY_ENCLAVE_OVERRIDE', '')
+    good = isdir(f'{value}/enclaves/{enclave}')
+    if good or environment.get('ROS_SECURITY_ENABLE') != 'true':
         return ''
-    return '' if Path(value).is_dir() else 'an existing folder, as ROS_SECURITY_ENABLE = true'
+    return f'a keystore with a folder {one_line(f"enclaves/{enclave}")}'
 
 
 def _security(value: str, environment: Mapping[str, str]) -> str:
     if value == 'true' and not environment.get('ROS_SECURITY_KEYSTORE'):
         return 'false, or set ROS_SECURITY_KEYSTORE too'
+    if value == 'true' and find_spec('ros_wheels_bootstrapper'):
+        return 'false: ROS 2 from wheels has no security plug-ins (SECURITY.md)'
     return _one_of('true', 'false')(value, environment)
 
 
+def _same_middleware(value: str, environment: Mapping[str, str]) -> str:
+    used = environment.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp'
+    return '' if value == used else f'the middleware in use, {used}'
+
+
 _FLAG: Final = _one_of('0', '1')
+_SERVER_VARIABLES: Final = ('ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE')
 _CHECKS: Final[Mapping[str, Check]] = {
     'ROS_DOMAIN_ID': _domain,
     'RMW_IMPLEMENTATION': _middleware,
+    'RCL_ASSERT_RMW_ID_MATCHES': _same_middleware,
     'ROS_AUTOMATIC_DISCOVERY_RANGE': _discovery_range,
     'ROS_STATIC_PEERS': _peers,
     'ROS_LOCALHOST_ONLY': _FLAG,
     'FASTRTPS_DEFAULT_PROFILES_FILE': _profile,
     'FASTDDS_DEFAULT_PROFILES_FILE': _profile,
-    'SKIP_DEFAULT_XML': _FLAG,
+    'SKIP_DEFAULT_XML_FILE': _FLAG,
+    'FASTDDS_BUILTIN_TRANSPORTS': _matching(
+        r'(DEFAULT|UDP)v[46]|DEFAULT|SHM|LARGE_DATA(v6)?(\?[\w=&]+)?',
+        'one of DEFAULT, DEFAULTv6, SHM, UDPv4, UDPv6, LARGE_DATA, LARGE_DATAv6',
+    ),
+    'FASTDDS_ENVIRONMENT_FILE': lambda value, _: '' if isfile(value) else 'a file',
+    'ROS_DISCOVERY_SERVER': _matching(
+        r';*[\w.:\[\]-]+(;[\w.:\[\]-]*)*', 'addresses of servers, separated by semicolons'
+    ),
+    'ROS_SUPER_CLIENT': _one_of('true', 'True', 'TRUE', '1', 'false', 'False', 'FALSE', '0'),
+    'ROS_DISABLE_LOANED_MESSAGES': _FLAG,
     'RMW_FASTRTPS_USE_QOS_FROM_XML': _FLAG,
     'RMW_FASTRTPS_PUBLICATION_MODE': _one_of('AUTO', 'SYNCHRONOUS', 'ASYNCHRONOUS'),
+    'HOME': _home,
     'ROS_HOME': _folder,
     'ROS_LOG_DIR': _folder,
+    'TMPDIR': _temporary,
+    'RCL_LOGGING_SPDLOG_EXPERIMENTAL_OLD_FLUSHING_BEHAVIOR': _FLAG,
     'RCUTILS_LOGGING_USE_STDOUT': _FLAG,
     'RCUTILS_LOGGING_BUFFERED_STREAM': _FLAG,
     'RCUTILS_COLORIZED_OUTPUT': _FLAG,
     'ROS_SECURITY_ENABLE': _security,
     'ROS_SECURITY_STRATEGY': _one_of('Enforce', 'Permissive'),
     'ROS_SECURITY_KEYSTORE': _keystore,
+    'ROS_SECURITY_ENCLAVE_OVERRIDE': _matching('/.*', 'a name that begins with a slash'),
 }

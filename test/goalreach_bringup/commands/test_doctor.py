@@ -1,6 +1,14 @@
+from pathlib import Path
+import sys
+from unittest.mock import Mock
+import webbrowser
+
 import pytest
 
 from goalreach_bringup.cli import main
+from goalreach_bringup.commands import doctor
+from goalreach_bringup.launch import auxiliary_processes
+from goalreach_msgs_py.errors import GoalreachError
 
 
 def test_each_finding_has_a_line(
@@ -10,9 +18,10 @@ def test_each_finding_has_a_line(
 
     assert main(['doctor']) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert all(line.startswith('ok     ') for line in lines)
+    assert not any(line.startswith('wrong') for line in lines)
+    assert [line[7:22].strip() for line in lines] == list(doctor._FINDINGS)
     assert any('rmw_fastrtps_cpp' in line for line in lines)
-    assert any('218, 0 participants' in line for line in lines)
+    assert any('218, UDP ports 61900 to 62149, 0 participants' in line for line in lines)
 
 
 def test_what_is_wrong_is_named_and_sets_the_status(
@@ -24,3 +33,41 @@ def test_what_is_wrong_is_named_and_sets_the_status(
     wrong = [line for line in capsys.readouterr().out.splitlines() if line.startswith('wrong')]
     assert len(wrong) == 2
     assert all("ROS_DOMAIN_ID = 'abc': must be a whole number" in line for line in wrong)
+
+
+def test_without_the_web_library_a_run_is_possible(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(auxiliary_processes, 'find_spec', lambda name: name != 'nicegui' or None)
+    monkeypatch.setenv('ROS_DOMAIN_ID', '218')
+    (tmp_path / 'scripts').mkdir()
+    cures = []
+    for prefix in (tmp_path / '.venv', tmp_path / 'elsewhere' / 'environment'):
+        monkeypatch.setattr(sys, 'prefix', str(prefix))
+        (tmp_path / 'scripts' / 'dashboard.py').touch()
+        assert main(['doctor']) == 0
+        (line,) = (x for x in capsys.readouterr().out.splitlines() if 'nicegui' in x)
+        assert line.startswith('warn   live page')
+        with pytest.raises(GoalreachError, match=line[22:]):
+            auxiliary_processes.is_page_wanted(requested=True, clock='realtime')
+        assert main(['dashboard']) == 2
+        assert line[22:] in capsys.readouterr().err
+        cures.append(line.split('`')[1])
+
+    assert cures == [
+        f'python3 {tmp_path}/scripts/dashboard.py',
+        f'{sys.executable} -m pip install nicegui',
+    ]
+
+
+def test_what_a_container_lacks_has_its_cure(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(doctor, 'SHARED_MEMORY', tmp_path / 'none')
+    monkeypatch.setattr(webbrowser, 'get', Mock(side_effect=webbrowser.Error))
+
+    assert main(['doctor']) == 1
+    out = capsys.readouterr().out
+    assert 'wrong  shared memory  0 MB free, at least 64 MB are needed: ' in out
+    assert '--shm-size=256m' in out
+    assert 'warn   browser        none found: ' in out

@@ -7,10 +7,11 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from goalreach_bringup.launch.environment import graph_environment, make_run_directory
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network, use_profile
 
 ADDRESS = './/{*}interfaceWhiteList/{*}address'
 VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+NEWER = 'FASTDDS_DEFAULT_PROFILES_FILE'
 
 
 def test_a_graph_is_private_to_its_machine_unless_it_is_asked_to_be_open() -> None:
@@ -28,9 +29,38 @@ def test_opening_says_what_it_exposes(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert graph_environment(os.environ, tmp_path)[VARIABLE] == fast_dds_profile(network=True)
 
 
-def test_a_profile_of_the_person_is_kept(tmp_path: Path) -> None:
-    assert graph_environment({VARIABLE: 'mine'}, tmp_path)[VARIABLE] == 'mine'
-    assert graph_environment({}, tmp_path)[VARIABLE] == fast_dds_profile()
+@pytest.mark.parametrize(
+    ('given', 'used'),
+    [
+        ({}, fast_dds_profile()),
+        ({VARIABLE: ''}, fast_dds_profile()),
+        ({VARIABLE: 'mine'}, 'mine'),
+        ({VARIABLE: '', NEWER: 'newer'}, 'newer'),
+        ({VARIABLE: 'mine', NEWER: 'newer'}, 'mine'),
+    ],
+)
+def test_a_profile_of_the_user_is_kept(
+    given: dict[str, str], used: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert graph_environment(given, tmp_path)[VARIABLE] == used
+    for name in (VARIABLE, NEWER):
+        monkeypatch.setenv(name, given.get(name, ''))
+    use_profile(fast_dds_profile())
+    assert os.environ[VARIABLE] == used
+
+
+def test_the_format_of_log_lines_is_the_launchers(tmp_path: Path) -> None:
+    name = 'RCUTILS_CONSOLE_OUTPUT_FORMAT'
+    assert graph_environment({name: '{message}'}, tmp_path)[name].startswith('[{severity}]')
+
+
+def test_a_tilde_in_the_log_folder_is_the_home(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('HOME', str(tmp_path))
+    monkeypatch.setenv('ROS_LOG_DIR', '~/logs')
+
+    assert make_run_directory().parent == tmp_path / 'logs'
 
 
 @pytest.mark.parametrize('variable', ['ROS_LOG_DIR', 'ROS_HOME', 'HOME'])

@@ -5,7 +5,7 @@ import os
 import secrets
 
 from goalreach_evaluation.choices import arena_option
-from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.options import CommandOptions, option
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
@@ -36,11 +36,9 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: The web library is missing, or the address cannot be bound.
     """
-    try:
-        import nicegui  # noqa: F401 - checks that it is installed
-    except ModuleNotFoundError as error:
-        reason = f'needs {error.name}: install the extra, pip install "goalreach[dashboard]"'
-        raise GoalreachError(reason) from None
+    from goalreach_bringup.launch.auxiliary_processes import require_page
+
+    require_page()
     from goalreach_dashboard import TOKEN_VARIABLE, bind, is_loopback, url
     from goalreach_dashboard.web.server import serve
     from goalreach_evaluation.choices import choose_arena

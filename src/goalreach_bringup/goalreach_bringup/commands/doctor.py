@@ -1,6 +1,7 @@
 """The `doctor` command: what goalreach runs on, and what would keep it from running."""
 
 from collections.abc import Callable
+import contextlib
 from importlib.metadata import PackageNotFoundError, version
 import os
 from pathlib import Path
@@ -9,20 +10,25 @@ import shutil
 import subprocess
 import sys
 from typing import Any, Final
+import webbrowser
 
+from goalreach_bringup.launch.auxiliary_processes import require_page
 from goalreach_bringup.launch.environment import SHARED_MEMORY, abandoned_files, domain_lock
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_bringup.variables import check_variables
 from goalreach_dashboard import bind
-from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.errors import GoalreachError, one_line
 
 SUMMARY = 'Print what goalreach runs on, and what is wrong with it'
 
 _ROS_PROBE: Final = """
 import rclpy.utilities
-print(rclpy.utilities.get_rmw_implementation_identifier(), 'in', rclpy.__path__[0])
+print('rclpy in', rclpy.__path__[0], 'on', rclpy.utilities.get_rmw_implementation_identifier())
 """
+_PREFIXES: Final = ('FAST', 'RCL_', 'RCUTILS_', 'RMW_', 'ROS_', 'SKIP_', 'TMPDIR')
 _NOT_INSTALLED: Final = 'not installed by pip'
+_OPTIONAL: Final = ('live page', 'browser')
+"""Findings that a run can do without."""
 _LEAST_SHARED_MB: Final = 64
 """Least free shared memory, MB: a segment of 16 MB (`fastdds.xml`) for each of four processes."""
 
@@ -34,12 +40,13 @@ def execute(_: Any) -> int:  # noqa: ANN401 - the command has no options
 
 
 def _report(name: str, find: Callable[[], str]) -> bool:
+    level = 'ok'
     try:
-        print(f'ok     {name:<15}{find()}')
+        line = find()
     except GoalreachError as error:
-        print(f'wrong  {name:<15}{error}')
-        return False
-    return True
+        line, level = str(error), 'warn' if name in _OPTIONAL else 'wrong'
+    print(f'{level:<7}{name:<15}{one_line(line)}')
+    return level != 'wrong'
 
 
 def _python() -> str:
@@ -60,17 +67,18 @@ def _version(distribution: str) -> str | None:
 
 def _ros() -> str:
     command = [sys.executable, '-c', _ROS_PROBE]
-    probe = subprocess.run(command, capture_output=True, text=True, check=False)
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(_PREFIXES)}
+    probe = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if probe.returncode:
         reason = probe.stderr.strip().rpartition('\n')[2]
-        raise GoalreachError(f'rclpy cannot be imported: {reason}')
+        raise GoalreachError(f'rclpy cannot be imported: {reason}; install goalreach anew')
     distribution = os.environ.get('ROS_DISTRO') or 'jazzy, from wheels'
     return f'{distribution}, {probe.stdout.strip()}'
 
 
 def _variables() -> str:
-    check_variables(os.environ)
-    given = sorted(name for name in os.environ if name.startswith(('ROS_', 'RMW_', 'FAST')))
+    check_variables(os.environ, starts_graph=True)
+    given = sorted(name for name in os.environ if name.startswith(_PREFIXES))
     return ', '.join(f'{name} = {os.environ[name]}' for name in given) or 'none is set'
 
 
@@ -78,23 +86,32 @@ def _domain() -> str:
     check_variables(os.environ)
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
     with domain_lock():
-        return f'{domain}, {count_local_participants(domain)} participants on this machine'
+        count = count_local_participants(domain)
+    first = 7400 + 250 * domain
+    return f'{domain}, UDP ports {first} to {first + 249}, {count} participants on this machine'
 
 
 def _shared_memory() -> str:
-    free_mb = shutil.disk_usage(SHARED_MEMORY).free / 1e6
+    free_mb = shutil.disk_usage(SHARED_MEMORY).free / 1e6 if SHARED_MEMORY.is_dir() else 0.0
     left = len(abandoned_files())
     if free_mb < _LEAST_SHARED_MB:
-        raise GoalreachError(f'{free_mb:.0f} MB free, at least {_LEAST_SHARED_MB} MB are needed')
+        raise GoalreachError(
+            f'{free_mb:.0f} MB free, at least {_LEAST_SHARED_MB} MB are needed: remove files from '
+            f'{SHARED_MEMORY}, or start the container with --shm-size=256m'
+        )
     return f'{free_mb:.0f} MB free, {left} files of ended processes (removed by the next run)'
 
 
 def _page() -> str:
-    found = _version('nicegui')
-    if found is None:
-        raise GoalreachError('nicegui is missing; the live page needs the extra `dashboard`')
+    require_page()
     with bind('127.0.0.1', None) as listener:
-        return f'nicegui {found}, port {listener.getsockname()[1]} is free'
+        return f'nicegui {_version("nicegui")}, port {listener.getsockname()[1]} is free'
+
+
+def _browser() -> str:
+    with contextlib.suppress(webbrowser.Error):
+        return str(getattr(webbrowser.get(), 'name', 'found'))
+    raise GoalreachError('none found: open the link of the live page through `ssh -L`')
 
 
 def _extras() -> str:
@@ -110,5 +127,6 @@ _FINDINGS: Final[dict[str, Callable[[], str]]] = {
     'domain': _domain,
     'shared memory': _shared_memory,
     'live page': _page,
+    'browser': _browser,
     'extras': _extras,
 }

@@ -19,6 +19,20 @@ _COMMAND_LINE: Final = 'goalreach_bringup.cli'
 _PAGE_LINE: Final = re.compile(r'^live page: (http://\S+)$')
 
 
+def require_page() -> None:
+    """Check that the web library of the live page is installed.
+
+    Raises:
+        GoalreachError: It is not. A script of a clone installs it into the clone's `.venv`.
+    """
+    if find_spec('nicegui') is None:
+        script = Path(sys.prefix).parent / 'scripts' / 'dashboard.py'
+        python = sys.executable
+        pip = f'{python} -m pip install' if find_spec('pip') else f'uv pip install -p {python}'
+        cure = f'python3 {script}' if script.is_file() else f'{pip} nicegui'
+        raise GoalreachError(f'the live page needs nicegui: `{cure}` installs it')
+
+
 def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
     """Return whether a run shows its page.
 
@@ -32,12 +46,11 @@ def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
     Raises:
         GoalreachError: It was requested, and the web library is missing.
     """
-    installed = find_spec('nicegui') is not None
-    if requested and not installed:
-        reason = 'needs nicegui: install the extra, pip install "goalreach[dashboard]"'
-        raise GoalreachError(f'--dashboard {reason}')
+    if requested:
+        require_page()
     if requested is not None:
         return requested
+    installed = find_spec('nicegui') is not None
     return installed and clock == 'realtime' and sys.stdout.isatty()
 
 

@@ -19,7 +19,7 @@ from goalreach_bringup.launch.child_process import IMPORT_ENVIRONMENT
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_bringup.variables import HIGHEST_DOMAIN
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import PROFILE_VARIABLE, chosen_profile, fast_dds_profile
 from goalreach_msgs_py.ros.process import LAUNCHER_PID
 
 
@@ -33,10 +33,11 @@ def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str,
         log_directory: Folder for the logs of ROS.
     """
     return {
-        'FASTRTPS_DEFAULT_PROFILES_FILE': fast_dds_profile(),
         **IMPORT_ENVIRONMENT,
         **base,
+        PROFILE_VARIABLE: chosen_profile(base, fast_dds_profile()),
         'ROS_LOG_DIR': str(log_directory),
+        'RCUTILS_CONSOLE_OUTPUT_FORMAT': '[{severity}] [{time}] [{name}]: {message}',
         'RCUTILS_LOGGING_USE_STDOUT': '0',
         'RCUTILS_COLORIZED_OUTPUT': '0',
         LAUNCHER_PID: str(os.getpid()),
@@ -50,7 +51,8 @@ def make_run_directory() -> Path:
         GoalreachError: It cannot be created.
     """
     home = os.environ.get('ROS_HOME') or str(Path.home() / '.ros')
-    base = Path(os.environ.get('ROS_LOG_DIR') or Path(home) / 'log')
+    given = os.environ.get('ROS_LOG_DIR') or f'{home}/log'
+    base = Path(os.path.expanduser(given))  # noqa: PTH111 - bears unknown users
     stamp = time.strftime('%Y-%m-%d-%H-%M-%S')
     directory = base / f'goalreach-{stamp}-{os.getpid()}'
     try:
