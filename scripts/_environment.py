@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 # Modules that a command may import, and the distributions that hold them.
 DEPENDENCIES = {
+    'argcomplete': 'argcomplete',
     'cv2': 'opencv-python-headless',
     'matplotlib': 'matplotlib',
     'mcap': 'mcap',
@@ -33,7 +34,6 @@ DEPENDENCIES = {
     'yaml': 'pyyaml',
     'zstandard': 'zstandard',
 }
-
 DISTRIBUTION = 'jazzy'
 
 

@@ -30,6 +30,7 @@ PURE = {'goalreach_msgs_py', 'goalreach_sim', 'goalreach_perception', 'goalreach
 
 # Keys under which package.xml names what is not a ROS package.
 ROSDEP_KEYS = {
+    'argcomplete': 'python3-argcomplete',
     'cv2': 'python3-opencv',
     'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',

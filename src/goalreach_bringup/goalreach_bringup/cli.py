@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command line: `goalreach COMMAND`, and the same through `scripts/NAME.py`.
 
 This module imports nothing large, so that the fork server of a run starts at once.
@@ -64,6 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0 for success; after a mistake of the user, reported in one line, the
         status of its error, usually 2.
     """
+    if '_ARGCOMPLETE' in os.environ:
+        from goalreach_bringup.completion import complete
+
+        complete(COMMANDS, load_command)
     given = list(sys.argv[1:] if arguments is None else arguments)
     named = bool(given) and given[0] in COMMANDS
     program = f'{_PROGRAM} {given[0]}' if named else _PROGRAM

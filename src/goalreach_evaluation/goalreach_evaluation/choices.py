@@ -27,13 +27,13 @@ _KNOT_TOLERANCE_M = 1e-6
 def arena_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
     """Return the option `--arena` of a command, a text."""
     text = f'arena to drive in: {", ".join(arena_names())}, or a YAML file'
-    return option('paper', text, metavar='NAME|FILE')
+    return option('paper', text, metavar='NAME|FILE', names=tuple(arena_names()))
 
 
 def policy_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
     """Return the option `--policy` of a command that reads a policy, a text or None."""
     text = f'policy to drive: {", ".join(policy_names())}, or a file; without it, learns one first'
-    return option(None, text, metavar='NAME|FILE')
+    return option(None, text, metavar='NAME|FILE', names=tuple(policy_names()))
 
 
 def arena_names() -> list[str]:

@@ -39,6 +39,7 @@ class OptionInfo(ParameterInfo):
         empty: Whether a flag that takes several values may be given without any.
         remainder: Whether it takes all arguments that are left, flags included.
         hidden: Whether the help leaves it out.
+        names: Values that completion offers, where others are allowed, too.
         parse: Converts the text of one value, or None for the type's own constructor.
     """
 
@@ -51,6 +52,7 @@ class OptionInfo(ParameterInfo):
     empty: bool = False
     remainder: bool = False
     hidden: bool = False
+    names: tuple[str, ...] = ()
     parse: Callable[[str], object] | None = None
 
 

@@ -40,7 +40,7 @@ def main(arguments: list[str]) -> int:
         KeyboardInterrupt: After Ctrl-C.
         SystemExit: After `--help`, and with status 2 for an invalid command line.
     """
-    parser = _parser(arguments)
+    parser = make_parser(arguments)
     args = parser.parse_args(arguments)
     if not hasattr(args, 'run'):
         parser.print_help()
@@ -48,7 +48,7 @@ def main(arguments: list[str]) -> int:
     return _run(args)
 
 
-def _parser(arguments: list[str]) -> argparse.ArgumentParser:
+def make_parser(arguments: list[str]) -> argparse.ArgumentParser:
     """Return the parser, with the verbs of the given command only: each imports ROS."""
     parser = argparse.ArgumentParser(
         prog='ros2',
