@@ -1,7 +1,7 @@
 """Simulated Nomad 200: robot, arena, sensors and camera.
 
 Start with `Simulator`, which yields a `SensorFrame` per camera period. `Robot` is the mobile base
-alone. `HostBase` drives a real or simulated robot through its `HostLanguage`.
+alone.
 """
 
 from typing import TYPE_CHECKING
@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from goalreach_sim.camera_view import CameraPose as CameraPose
     from goalreach_sim.camera_view import CameraView as CameraView
     from goalreach_sim.camera_view import OpticsConfig as OpticsConfig
-    from goalreach_sim.host_language import HostBase as HostBase
-    from goalreach_sim.host_language import HostLanguage as HostLanguage
-    from goalreach_sim.host_language import Nomad200 as Nomad200
     from goalreach_sim.robot import Robot as Robot
     from goalreach_sim.robot import Walls as Walls
     from goalreach_sim.sensors import SensorFrame as SensorFrame

@@ -13,7 +13,6 @@ from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, true_lens
 from goalreach_sim.camera_view import CameraPose, posts_from_flat
 from goalreach_sim.head import PanTiltHead
-from goalreach_sim.host_language import Nomad200
 from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
@@ -34,7 +33,6 @@ class Simulator:
         config: As given.
         robot: The mobile base, in SI units.
         head: The pan/tilt head.
-        nomad: The same robot behind its host language.
         time_ns: The robot's clock, nanoseconds; a reset does not turn it back.
         period_ns: One camera period, nanoseconds.
     """
@@ -86,7 +84,6 @@ class Simulator:
             event_rng=event_rng,
         )
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
-        self.nomad = Nomad200(self.robot, self.advance, self.period_ns * 1e-9)
 
     def reset(self, start: Pose2) -> None:
         """Put the robot at a pose, at rest, its head straight; odometry starts there.

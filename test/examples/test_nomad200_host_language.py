@@ -1,14 +1,6 @@
 import math
 
-import numpy as np
-import pytest
-
-from goalreach_msgs_py.angles import INCH_M
-from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.noise import noise_preset
-from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.host_language import (
+from nomad200_host_language import (
     STATE_BUMPER,
     STATE_CONF_TURRET,
     STATE_CONF_X,
@@ -21,6 +13,14 @@ from goalreach_sim.host_language import (
     HostBase,
     Nomad200,
 )
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.values import Pose2, Twist2
 from goalreach_sim.robot import Robot, Walls
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import DriveConfig, SimulatorConfig
@@ -228,7 +228,8 @@ def simulated() -> tuple[Simulator, HostBase]:
     config = SimulatorConfig.for_arena(Arena(), noise_preset('none'))
     simulator = Simulator(config, np.random.default_rng(0))
     simulator.reset(START)
-    base = HostBase(simulator.nomad, DriveConfig(), period_s=0.04)
+    nomad = Nomad200(simulator.robot, simulator.advance, 0.04)
+    base = HostBase(nomad, DriveConfig(), period_s=0.04)
     base.define(START)
     return simulator, base
 
