@@ -93,7 +93,8 @@ def test_a_notebook_links_to_files_that_exist(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    'name', [pytest.param(n, marks=pytest.mark.graph if n == GRAPH else ()) for n in NAMES]
+    'name',
+    [pytest.param(n, marks=pytest.mark.graph if n == GRAPH else pytest.mark.slow) for n in NAMES],
 )
 def test_a_notebook_runs_and_its_checks_can_fail(name: str, tmp_path: Path) -> None:
     with kernel(read(name), tmp_path) as client:

@@ -18,6 +18,8 @@ from goalreach_bringup.cli import COMMANDS
 from goalreach_lab.rigs.chromium import Page, open_page
 from goalreach_msgs_py.parameters import parameter_infos
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PHONE_PX, LAPTOP_PX = 390, 1366
 LOADED = re.compile(r'<(?:script|link|img|iframe|source|video|audio)\b[^>]*(?:src|href)="(.*?)"')

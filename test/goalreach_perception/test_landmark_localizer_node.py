@@ -30,7 +30,7 @@ from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
-from graphs import fresh_domain
+from graphs import fresh_domain, join
 
 GOOD_M2 = 0.3**2
 PERIOD_NS = 40_000_000
@@ -82,7 +82,7 @@ class Bench:
 
 @pytest.fixture(name='bench')
 def _bench() -> Iterator[Bench]:
-    rclpy.init(args=[], domain_id=fresh_domain())
+    join(fresh_domain())
     node = LandmarkLocalizerNode()
     try:
         yield Bench(node)

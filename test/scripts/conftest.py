@@ -7,6 +7,12 @@ import pytest
 from small_clone import Clone
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if 'clone' in getattr(item, 'fixturenames', ()):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture
 def clone(tmp_path: Path) -> Clone:
     root = tmp_path / 'clone'

@@ -1,10 +1,18 @@
-"""The gate: every check of the project, one after the other, with a summary at the end."""
+"""The gate: every check of the project, with a summary at the end.
+
+Tests of graphs wait as often as they compute. What needs no graph runs in the pauses: in a process
+of low priority beside pytest, which prints when pytest has finished.
+"""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import importlib.util
+import multiprocessing
+from multiprocessing.connection import Connection
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,8 +24,10 @@ from colcon_workspace import Workspace
 
 TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis')
 WORKERS = 2  # of pytest; a third one disturbs graphs in real time on two cores
+LOW_PRIORITY = 10  # of the steps beside pytest, as `nice` counts: a tenth of a core's time at most
 
 Step = tuple[str, Callable[[], tuple[bool, str]]]
+Result = tuple[str, bool, float, str]
 
 
 def main(arguments: list[str]) -> int:
@@ -40,14 +50,56 @@ def main(arguments: list[str]) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    results: list[tuple[str, bool, float, str]] = []
     with tempfile.TemporaryDirectory(prefix='goalreach-') as scratch:
-        for name, check in _steps(options, Path(scratch)):
-            print(f'== {name}', flush=True)
-            started_s = time.monotonic()
-            ok, note = check()
-            results.append((name, ok, time.monotonic() - started_s, note))
+        steps, beside = _steps(options, Path(scratch))
+        with _started_beside(beside, Path(scratch, 'beside.txt')) as finish:
+            results = [_execute(step) for step in steps]
+            results += finish()
     return _summarize(results)
+
+
+def _execute(step: Step) -> Result:
+    name, check = step
+    print(f'== {name}', flush=True)
+    started_s = time.monotonic()
+    ok, note = check()
+    return name, ok, time.monotonic() - started_s, note
+
+
+@contextmanager
+def _started_beside(steps: list[Step], log: Path) -> Iterator[Callable[[], list[Result]]]:
+    """Start steps in a process; give a function that awaits and prints them."""
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    context = multiprocessing.get_context('fork')
+    child = context.Process(target=_execute_beside, args=(steps, log, sender))
+    child.start()
+    sender.close()
+
+    def finish() -> list[Result]:
+        try:
+            results: list[Result] = receiver.recv()
+        except EOFError:
+            results = [(name, False, 0.0, 'did not finish') for name, _ in steps]
+        child.join()
+        print(log.read_text(errors='replace'), end='', flush=True)
+        return results
+
+    try:
+        yield finish
+    finally:
+        if child.is_alive() and child.pid is not None:
+            os.killpg(child.pid, signal.SIGTERM)
+        child.join()
+
+
+def _execute_beside(steps: list[Step], log: Path, sender: Connection) -> None:
+    """Execute steps in a group of processes of its own, which can be ended as a whole."""
+    os.setpgid(0, 0)
+    os.nice(LOW_PRIORITY)
+    with log.open('w') as stream, Path(os.devnull).open() as nothing:
+        for number, target in enumerate((nothing, stream, stream)):
+            os.dup2(target.fileno(), number)
+        sender.send([_execute(step) for step in steps])
 
 
 def _parse(arguments: list[str]) -> argparse.Namespace:
@@ -63,24 +115,24 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _steps(options: argparse.Namespace, scratch: Path) -> list[Step]:
-    """Return the steps; the tests that colcon runs are left out of pytest's."""
+def _steps(options: argparse.Namespace, scratch: Path) -> tuple[list[Step], list[Step]]:
+    """Return the steps and those beside them; pytest leaves out the tests that colcon runs."""
     colcon = None if options.fast or options.pytest else Workspace.find(ROOT, scratch)
-    chosen = ['-m', 'not graph'] if options.fast else []
+    chosen = ['-m', 'not graph and not slow'] if options.fast else []
     if colcon:
         chosen = ['-m', 'graph or not package']
     steps: list[Step] = [
         ('ruff check', lambda: _command('ruff', 'check', '.')),
         ('ruff format', lambda: _command('ruff', 'format', '--check', '.')),
-        ('mypy', lambda: _command('mypy', '--strict')),
         ('pytest', lambda: _pytest([*chosen, *options.pytest])),
     ]
+    beside: list[Step] = [('mypy', lambda: _command('mypy', '--strict'))]
     if colcon:
         names = ('colcon list', 'colcon build', 'colcon test')
-        steps += zip(names, (colcon.list_packages, colcon.build, colcon.test), strict=True)
+        beside += zip(names, (colcon.list_packages, colcon.build, colcon.test), strict=True)
     elif not options.fast and not options.pytest:
         print('colcon is not installed here: its steps are left out', flush=True)
-    return steps
+    return steps, beside
 
 
 def _command(*words: str) -> tuple[bool, str]:
@@ -104,7 +156,7 @@ def _pytest(arguments: list[str]) -> tuple[bool, str]:
     return child.returncode == 0, last
 
 
-def _summarize(results: list[tuple[str, bool, float, str]]) -> int:
+def _summarize(results: list[Result]) -> int:
     """Print a line for each step, and pytest's closing line as the last."""
     failed = [name for name, ok, _, _ in results if not ok]
     print('== summary')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 import contextlib
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ import itertools
 import os
 from pathlib import Path
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -24,17 +26,40 @@ from rclpy.qos import QoSProfile
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 
 _DOMAINS = itertools.count()
+_CLAIMS: deque[socket.socket] = deque()
+_KEPT_CLAIMS = 10  # more than one test, and the fixtures of its module, use
 _LOWEST_DOMAIN = 20
 _DOMAIN_SPAN = 80
 _END_S = 10.0
 
 
 def fresh_domain() -> int:
-    """Return a ROS_DOMAIN_ID that no other test of this or a neighbouring process uses."""
-    workers = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', '1'))
-    worker = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0').removeprefix('gw'))
-    session = os.getppid() if workers > 1 else os.getpid()
-    return _LOWEST_DOMAIN + (session * 7 + next(_DOMAINS) * workers + worker) % _DOMAIN_SPAN
+    """Return a ROS_DOMAIN_ID that no other test on this machine uses.
+
+    An abstract socket for each of the last numbers keeps other processes from taking them.
+    """
+    for _ in range(_DOMAIN_SPAN):
+        domain = _LOWEST_DOMAIN + (os.getpid() * 7 + next(_DOMAINS)) % _DOMAIN_SPAN
+        claim = socket.socket(socket.AF_UNIX)
+        try:
+            claim.bind(f'\0goalreach-test-domain-{domain}')
+        except OSError:
+            claim.close()
+            continue
+        _CLAIMS.append(claim)
+        if len(_CLAIMS) > _KEPT_CLAIMS:
+            _CLAIMS.popleft().close()
+        return domain
+    raise RuntimeError('tests use all domains: wait for those of another start')
+
+
+def join(domain: int, context: Context | None = None) -> None:
+    """Initialize rclpy in a domain, on loopback alone.
+
+    Fast DDS reads its profile once: the first participant decides for all tests of its process.
+    """
+    use_profile(fast_dds_profile())
+    rclpy.init(args=[], context=context, domain_id=domain)
 
 
 def graph_environment(domain: int, home: Path) -> dict[str, str]:
@@ -78,9 +103,8 @@ def onlooker(domain: int) -> Iterator[tuple[Node, Callable[[Callable[[], bool], 
 
     The function takes the condition and a time limit in seconds and returns whether it held.
     """
-    use_profile(fast_dds_profile())
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
+    join(domain, context)
     node = Node('onlooker', context=context, enable_rosout=False)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)

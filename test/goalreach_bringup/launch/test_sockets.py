@@ -67,6 +67,20 @@ def test_a_listener_on_every_interface_is_told_from_one_on_loopback() -> None:
     assert sum(listener.is_loopback for listener in found.values()) >= 1
 
 
+def test_the_interface_of_a_multicast_group_is_that_of_the_socket() -> None:
+    group = socket.inet_aton('239.255.77.1')
+    datagram = socket.SOCK_DGRAM
+    with socket.socket(type=datagram) as here, socket.socket(type=datagram) as nowhere:
+        for one in (here, nowhere):
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            one.bind(('239.255.77.1', 0))
+        loopback = group + socket.inet_aton('127.0.0.1')
+        here.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, loopback)
+        ports = [one.getsockname()[1] for one in (here, nowhere)]
+        joined = {listener.port: listener.joined for listener in listeners_of(os.getpid())}
+    assert [joined[port] for port in ports] == [('lo',), ()]
+
+
 def everywhere_port(found: dict[int, Listener]) -> int:
     """Return the port that is open on every interface."""
     return next(port for port, listener in found.items() if listener.address == '0.0.0.0')  # noqa: S104

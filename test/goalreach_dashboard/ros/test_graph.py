@@ -7,7 +7,6 @@ import threading
 import time
 
 import pytest
-import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -15,7 +14,7 @@ from rclpy.node import Node
 from goalreach_dashboard.ros.graph import GraphClient
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.topics import NODES
-from graphs import fresh_domain
+from graphs import fresh_domain, join
 
 LIMIT_S = 20.0
 FRAMES = 16
@@ -27,7 +26,7 @@ def graph(monkeypatch: pytest.MonkeyPatch) -> Iterator[GraphClient]:
     domain = fresh_domain()
     monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
+    join(domain, context)
     executor = SingleThreadedExecutor(context=context)
     nodes = [Node(name, context=context, enable_rosout=False) for name in NODES]
     for node in nodes:

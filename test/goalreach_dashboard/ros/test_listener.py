@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 import pytest
-import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
@@ -19,7 +18,7 @@ from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import LandmarkObservation, PathOutcome, Pose2, Transition
-from graphs import fresh_domain
+from graphs import fresh_domain, join
 from scripted_graph import PERIOD_NS, ScriptedGraph, odometry_at, pose_at
 
 SECOND: Final = 25
@@ -96,7 +95,7 @@ class Page:
 @pytest.fixture
 def page() -> Iterator[Page]:
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=fresh_domain())
+    join(fresh_domain(), context)
     page = Page(context)
     yield page
     page.close()

@@ -8,7 +8,6 @@ import time
 
 import pytest
 from rcl_interfaces.srv import GetParameters
-import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -16,7 +15,7 @@ from rclpy.node import Node
 from goalreach_dashboard.ros.parameters import ParameterPoller
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.arena import Arena
-from graphs import fresh_domain
+from graphs import fresh_domain, join
 
 FRAME_S = 0.05
 SECONDS = 4
@@ -46,7 +45,7 @@ class PolledRobot:
 @pytest.fixture
 def robot() -> Iterator[PolledRobot]:
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=fresh_domain())
+    join(fresh_domain(), context)
     nodes = [
         Node(name, context=context, enable_rosout=False, start_parameter_services=False)
         for name in ('nomad200', 'dashboard_client')

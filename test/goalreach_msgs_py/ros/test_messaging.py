@@ -34,7 +34,7 @@ from goalreach_msgs_py.sensor_messages import (
     image_to_raw,
 )
 from goalreach_msgs_py.values import HeadAngles, Twist2
-from graphs import fresh_domain
+from graphs import fresh_domain, join
 from ros_objects import as_object
 
 STAMP = 1_234_567_890_123
@@ -58,7 +58,7 @@ MESSAGES: list[tuple[type[Any], bytes]] = [
 
 @pytest.fixture(name='node')
 def _node() -> Iterator[Node]:
-    rclpy.init(args=[], domain_id=fresh_domain())
+    join(fresh_domain())
     node = rclpy.create_node('listener')
     try:
         yield node

@@ -55,7 +55,7 @@ def end_of_path(path: int) -> Transition:
 @pytest.fixture
 def domain() -> Iterator[int]:
     number = graphs.fresh_domain()
-    rclpy.init(args=[], domain_id=number)
+    graphs.join(number)
     yield number
     rclpy.try_shutdown()
 
