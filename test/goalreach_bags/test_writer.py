@@ -163,10 +163,9 @@ def test_full_disk_closes_a_bag_that_is_whole(
     monkeypatch.setattr(module, 'require_free_space', require_free_space)
     size = BIG if storage == 'mcap' else 5 * BIG
 
-    with pytest.raises(BagStoppedError, match='the disk is full: recording stopped') as caught:
+    with pytest.raises(BagStoppedError, match='recording stopped, the bag so far is complete'):
         write_bag(tmp_path / 'bag', texts(100, size), storage=storage)
 
-    assert caught.value.closed
     with BagReader(tmp_path / 'bag') as bag:
         found = [message.time_ns for message in bag.messages()]
         assert found == [1_000_000 * (k + 1) for k in range(len(found))]
@@ -199,9 +198,8 @@ def test_write_that_fails_half_way_leaves_a_sound_file(
         self._stream = Cramped(self._stream)  # type: ignore[assignment]
 
     monkeypatch.setattr(McapWriter, '__init__', cramp)
-    with pytest.raises(BagStoppedError) as caught:
+    with pytest.raises(BagStoppedError, match='the bag so far is complete'):
         write_bag(tmp_path / 'bag', texts(100, BIG))
 
-    assert caught.value.closed
     with BagReader(tmp_path / 'bag') as bag:
         assert len(list(bag.messages())) == bag.counts['/text'] == 8

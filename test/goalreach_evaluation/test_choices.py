@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from goalreach_bringup.cli import main
-from goalreach_evaluation.choices import arena_names, arena_path, choose_arena, choose_policy
+from goalreach_evaluation.choices import ARENAS, arena_names, choose_arena, choose_policy
 from goalreach_evaluation.evaluation import EvaluationPlan, drive_sessions
 from goalreach_evaluation.starts import random_starts
 from goalreach_learning.controller_config import ControllerConfig
@@ -52,7 +52,7 @@ def test_every_example_is_learned_and_driven(name: str) -> None:
 
 def test_an_arena_may_be_a_file(tmp_path: Path) -> None:
     path = tmp_path / 'mine.yaml'
-    path.write_text(arena_path('narrow').read_text().replace('name: narrow', 'name: mine'))
+    path.write_text((ARENAS / 'narrow.yaml').read_text().replace('name: narrow', 'name: mine'))
     assert choose_arena(str(path)).name == 'mine'
 
 

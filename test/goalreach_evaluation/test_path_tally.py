@@ -22,7 +22,7 @@ def path(outcome: str, duration_s: float, p95_m: float) -> PathResult:
 def test_two_paths() -> None:
     tally = PathTally.of([path('goal', 10.0, 0.02), path('bump', 4.0, 0.04)])
     assert (tally.paths, tally.goals) == (2, 1)
-    found = {name: (tally.mean(name), spread.worst) for name, spread in tally.spreads.items()}
+    found = {name: (tally.mean(name), worst) for name, worst in tally.worst.items()}
     assert found == {
         'duration_s': pytest.approx((7.0, 10.0)),
         'length_m': pytest.approx((21.0, 30.0)),

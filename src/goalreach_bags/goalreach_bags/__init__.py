@@ -31,4 +31,4 @@ if TYPE_CHECKING:
     from goalreach_bags.topic import message_definition as message_definition
     from goalreach_bags.writer import BagWriter as BagWriter
 
-__all__, __getattr__ = lazy_exports(__name__)
+__all__, __getattr__, __dir__ = lazy_exports(__name__)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import hashlib
 import itertools
 import math
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ _Bags = tuple[BagReader, BagReader]
 _Digest = tuple[int, bytes]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FieldDifference:
+class FieldDifference(NamedTuple):
     """One field in which two messages differ.
 
     Attributes:
@@ -55,7 +54,7 @@ def differences(first: object, second: object) -> Iterator[FieldDifference]:
     for mine, yours in itertools.zip_longest(flatten(first), flatten(second)):
         if mine is None or yours is None or mine[0] != yours[0]:
             (name, _), values = mine or yours, (mine and mine[1], yours and yours[1])
-            yield _different(name, *values, math.inf)
+            yield FieldDifference(name, *values, math.inf)
             return
         difference = _compare_field(mine[0], mine[1], yours[1])
         if difference is not None:
@@ -65,9 +64,9 @@ def differences(first: object, second: object) -> Iterator[FieldDifference]:
 def _compare_field(name: str, first: Any, second: Any) -> FieldDifference | None:  # noqa: ANN401
     left, right = _numbers(first), _numbers(second)
     if left is None or right is None:
-        return None if first == second else _different(name, first, second, math.inf)
+        return None if first == second else FieldDifference(name, first, second, math.inf)
     if left.shape != right.shape:
-        return _different(f'{name}.length', len(left), len(right), math.inf)
+        return FieldDifference(f'{name}.length', len(left), len(right), math.inf)
     with np.errstate(invalid='ignore'):
         distances = np.abs(left - right)
     distances[(left == right) | (np.isnan(left) & np.isnan(right))] = 0.0
@@ -78,7 +77,7 @@ def _compare_field(name: str, first: Any, second: Any) -> FieldDifference | None
     amount = float(distances[worst])
     if isinstance(first, np.ndarray):
         name, first, second = f'{name}[{worst}]', first.item(worst), second.item(worst)
-    return _different(name, first, second, amount)
+    return FieldDifference(name, first, second, amount)
 
 
 def _numbers(value: Any) -> NDArray[np.float64] | None:  # noqa: ANN401 - a field of any type
@@ -88,10 +87,6 @@ def _numbers(value: Any) -> NDArray[np.float64] | None:  # noqa: ANN401 - a fiel
         return np.array([float(value)])
     except (TypeError, ValueError):
         return None
-
-
-def _different(name: str, first: object, second: object, amount: float) -> FieldDifference:
-    return FieldDifference(field=name, first=first, second=second, amount=amount)
 
 
 @dataclass(frozen=True, kw_only=True)

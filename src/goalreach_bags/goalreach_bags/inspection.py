@@ -77,7 +77,9 @@ def scan_bag(path: Path) -> BagScan:
     scans: list[StorageScan] = [
         scan_mcap(file) if file.suffix == '.mcap' else scan_sqlite(file) for file in files
     ]
-    existing = _existing_metadata(path)
+    file = path / METADATA_NAME
+    text = file.read_text(encoding='utf-8', errors='replace') if file.exists() else ''
+    existing = parse_metadata(text)
     metadata = _metadata(scans, existing)
     return BagScan(
         path=path, files=scans, unfinished=unfinished, existing=existing, metadata=metadata
@@ -88,14 +90,6 @@ def _is_truncated(file: Path) -> bool:
     if file.suffix != '.mcap':
         return is_truncated_database(file)
     return file.stat().st_size < len(MAGIC) and MAGIC.startswith(file.read_bytes())
-
-
-def _existing_metadata(path: Path) -> BagMetadata | None:
-    """Return the contents of metadata.yaml; None where it is missing or damaged."""
-    if not (path / METADATA_NAME).exists():
-        return None
-    text = (path / METADATA_NAME).read_text(encoding='utf-8', errors='replace')
-    return parse_metadata(text)
 
 
 def _metadata(scans: Sequence[StorageScan], existing: BagMetadata | None) -> BagMetadata:

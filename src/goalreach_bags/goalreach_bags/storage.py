@@ -31,15 +31,7 @@ class BagError(FileFormatError):
 
 
 class BagStoppedError(BagError):
-    """The disk is full or failed: the bag was closed early.
-
-    Attributes:
-        closed: Whether the bag is complete in itself; if not, it must be repaired.
-    """
-
-    def __init__(self, path: str | Path, problem: str, *, closed: bool) -> None:
-        self.closed = closed
-        super().__init__(path, problem)
+    """The disk is full or failed: the bag was closed early, or has to be repaired."""
 
 
 @dataclass(frozen=True, kw_only=True, order=True)

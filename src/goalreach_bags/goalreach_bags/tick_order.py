@@ -26,12 +26,10 @@ class TickOrder:
     Attributes:
         required: Topics that each tick has exactly one message of.
         stamp_ns: The latest tick, or None before the first.
-        repeats: Repeated messages, which are dropped.
     """
 
     required: Sequence[str]
     stamp_ns: int | None = None
-    repeats: int = 0
     _missing: dict[int, set[str]] = field(default_factory=dict)
     _waiting: list[BagMessage] = field(default_factory=list)
     _last: dict[str, bytes] = field(default_factory=dict)
@@ -48,7 +46,6 @@ class TickOrder:
             Whether it was new; one that equals the last of its topic is a repetition.
         """
         if self._last.get(topic) == data:
-            self.repeats += 1
             return False
         self._last[topic] = data
         if stamp_ns is None:

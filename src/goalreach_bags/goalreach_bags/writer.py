@@ -184,16 +184,15 @@ class BagWriter:
         number = error.errno if isinstance(error, OSError) else None
         full = number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
         reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
-        closed = True
+        rest = 'the bag so far is complete'
         try:
             if self._file is not None:
                 self._file.drop_pending()
                 self._span = deepcopy(self._flushed)
             self._finish()
         except (OSError, FileFormatError):
-            closed = False
+            rest = 'the bag so far needs record --repair'
             if self._file is not None:
                 self._file.close()
                 self._file = None
-        rest = 'the bag so far is complete' if closed else 'the bag so far needs record --repair'
-        raise BagStoppedError(self.path, f'{reason}: recording stopped, {rest}', closed=closed)
+        raise BagStoppedError(self.path, f'{reason}: recording stopped, {rest}')

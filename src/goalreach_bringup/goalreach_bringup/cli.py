@@ -88,22 +88,18 @@ def _run_named(name: str, *arguments: str) -> int:
 def _run_unnamed(given: Sequence[str]) -> int:
     from importlib.metadata import version
 
+    width = max(map(len, COMMANDS))
+    lines = [f'  {name:<{width}}  {load_command(name).summary}' for name in COMMANDS]
     parser = argparse.ArgumentParser(
         prog=_PROGRAM,
         description='A robot learns to reach a goal that it sees, on ROS 2.',
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=_list_of_commands(),
+        epilog='\n'.join(['commands:', *lines]),
     )
     parser.add_argument('command', metavar='COMMAND', choices=COMMANDS, help='see below')
     parser.add_argument('--version', action='version', version=f'goalreach {version(_PROGRAM)}')
     parser.parse_args(given)
     return 0
-
-
-def _list_of_commands() -> str:
-    width = max(map(len, COMMANDS))
-    lines = [f'  {name:<{width}}  {load_command(name).summary}' for name in COMMANDS]
-    return 'commands:\n' + '\n'.join(lines)
 
 
 def guarded(program: str, execute: Callable[[], int]) -> int:

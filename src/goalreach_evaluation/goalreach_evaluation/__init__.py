@@ -35,4 +35,4 @@ if TYPE_CHECKING:
     from goalreach_evaluation.sweep import drive_case as drive_case
     from goalreach_evaluation.sweep import run_cases as run_cases
 
-__all__, __getattr__ = lazy_exports(__name__)
+__all__, __getattr__, __dir__ = lazy_exports(__name__)

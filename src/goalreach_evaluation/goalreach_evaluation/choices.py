@@ -19,7 +19,8 @@ from goalreach_msgs_py.options import option
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.regions import region_name
 
-_ARENAS = Path(str(resources.files('goalreach_msgs_py'))) / 'config' / 'arenas'
+ARENAS = Path(str(resources.files('goalreach_msgs_py'))) / 'config' / 'arenas'
+"""Folder of the arenas that come with the project."""
 _KNOT_TOLERANCE_M = 1e-6
 """Knots in files are rounded; a smaller difference is no difference. Chosen."""
 
@@ -38,16 +39,7 @@ def policy_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself retu
 
 def arena_names() -> list[str]:
     """Return the names of the arenas that come with the project."""
-    return sorted(path.stem for path in _ARENAS.glob('*.yaml'))
-
-
-def arena_path(name: str) -> Path:
-    """Return the file of an arena that comes with the project.
-
-    Args:
-        name: One of `arena_names`.
-    """
-    return _ARENAS / f'{name}.yaml'
+    return sorted(path.stem for path in ARENAS.glob('*.yaml'))
 
 
 def choose_arena(arena: Arena | Path | str) -> Arena:
@@ -59,7 +51,7 @@ def choose_arena(arena: Arena | Path | str) -> Arena:
     if isinstance(arena, Arena):
         return arena
     if arena in arena_names():
-        return read_arena(arena_path(str(arena)))
+        return read_arena(ARENAS / f'{arena}.yaml')
     if not Path(arena).exists():
         raise FileFormatError(arena, f'is no file and none of {", ".join(arena_names())}')
     return read_arena(arena)

@@ -204,7 +204,7 @@ class Evaluation:
             seed=request.seed,
             mode=request.mode,
             policy=_label(request.policy),
-            sim_time_s=self.tally.spreads['duration_s'].total,
+            sim_time_s=self.tally.total['duration_s'],
             wall_time_s=self.wall_time_s,
             config={
                 'arena': _label(request.arena),

@@ -166,26 +166,7 @@ class PathMeter:
         )
 
 
-_MEASURES: Final = ('duration_s', 'length_m', 'turning_rad')
-_ERRORS: Final = ('pose_error_m', 'heading_error_rad')
-
-
-@dataclass
-class Spread:
-    """Sum and maximum of one measure over paths, in its unit.
-
-    Attributes:
-        total: Sum over the paths.
-        worst: Maximum.
-    """
-
-    total: float = 0.0
-    worst: float = 0.0
-
-    def add(self, value: float) -> None:
-        """Add the value of one path."""
-        self.total += value
-        self.worst = max(self.worst, value)
+_MEASURES: Final = ('duration_s', 'length_m', 'turning_rad', 'pose_error_m', 'heading_error_rad')
 
 
 @dataclass
@@ -195,15 +176,15 @@ class PathTally:
     Attributes:
         paths: Number of paths.
         goals: Number that reached the goal, judged by the true position.
-        spreads: Of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
+        total: Sum of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
             path's 'pose_error_m' and 'heading_error_rad'.
+        worst: Maximum of each.
     """
 
     paths: int = 0
     goals: int = 0
-    spreads: dict[str, Spread] = field(
-        default_factory=lambda: {name: Spread() for name in (*_MEASURES, *_ERRORS)}
-    )
+    total: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
 
     @classmethod
     def of(cls, results: Iterable[PathResult]) -> PathTally:
@@ -218,13 +199,14 @@ class PathTally:
         self.paths += 1
         self.goals += result.outcome == 'goal'
         for name in _MEASURES:
-            self.spreads[name].add(getattr(result, name))
-        for name in _ERRORS:
-            self.spreads[name].add(getattr(result, name)['p95'])
+            measure = getattr(result, name)
+            value = measure['p95'] if isinstance(measure, dict) else measure
+            self.total[name] += value
+            self.worst[name] = max(self.worst[name], value)
 
     def mean(self, name: str) -> float:
         """Return the mean of one of the measures over the paths; 0 if there are none."""
-        return self.spreads[name].total / self.paths if self.paths else 0.0
+        return self.total[name] / self.paths if self.paths else 0.0
 
 
 _Z95 = 1.959964

@@ -74,7 +74,7 @@ def show_paths_table(
         ('heading error p95', 'heading_error_rad', degrees, 2, 'deg'),
     )
     for label, name, factor, digits, unit in rows:
-        mean, worst = tally.mean(name) * factor, tally.spreads[name].worst * factor
+        mean, worst = tally.mean(name) * factor, tally.worst[name] * factor
         table.add_row(label, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
     console = console or Console(highlight=False)
     console.print(table)

@@ -32,4 +32,4 @@ if TYPE_CHECKING:
     from goalreach_learning.training import TrainingResult as TrainingResult
     from goalreach_learning.training import train as train
 
-__all__, __getattr__ = lazy_exports(__name__)
+__all__, __getattr__, __dir__ = lazy_exports(__name__)

@@ -41,4 +41,4 @@ if TYPE_CHECKING:
     from goalreach_msgs_py.values import Transition as Transition
     from goalreach_msgs_py.values import Twist2 as Twist2
 
-__all__, __getattr__ = lazy_exports(__name__)
+__all__, __getattr__, __dir__ = lazy_exports(__name__)

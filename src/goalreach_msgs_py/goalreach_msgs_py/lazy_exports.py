@@ -6,8 +6,10 @@ from importlib import import_module
 import inspect
 
 
-def lazy_exports(package: str) -> tuple[list[str], Callable[[str], object]]:
-    """Return `__all__` and a `__getattr__` that imports each name when it is first used.
+def lazy_exports(
+    package: str,
+) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
+    """Return `__all__`, a `__getattr__` that imports each name on first use, and `__dir__`.
 
     The names are those that the package's `__init__.py` imports under `if TYPE_CHECKING:`, so
     type checkers and the interpreter read the same list.
@@ -30,4 +32,4 @@ def lazy_exports(package: str) -> tuple[list[str], Callable[[str], object]]:
             raise AttributeError(f'module {package!r} has no attribute {name!r}')
         return getattr(import_module(modules[name]), name)
 
-    return sorted(modules), get
+    return sorted(modules), get, lambda: sorted(modules)

@@ -23,4 +23,4 @@ if TYPE_CHECKING:
     from goalreach_sim.simulator_config import SimulatorConfig as SimulatorConfig
     from goalreach_sim.simulator_config import TimeConfig as TimeConfig
 
-__all__, __getattr__ = lazy_exports(__name__)
+__all__, __getattr__, __dir__ = lazy_exports(__name__)

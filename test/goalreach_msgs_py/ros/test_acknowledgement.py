@@ -52,7 +52,8 @@ def test_a_consumer_registered_before_the_gate_existed_is_known_and_forgotten_at
         assert gate.blocking == ['onlooker']
         gate.forget_lost()
         assert gate.blocking == ['onlooker']
-        acknowledger.destroy()
+        for publisher in list(consumer.publishers):
+            consumer.destroy_publisher(publisher)
         assert serve(lambda: node.count_publishers('/_acknowledged/onlooker') == 0, 10.0)
         gate.forget_lost()
         assert gate.blocking == []

@@ -58,7 +58,7 @@ def execute(options: Options) -> int:
         show_paths_table(
             tally,
             mode=options.mode,
-            sim_time_s=tally.spreads['duration_s'].total,
+            sim_time_s=tally.total['duration_s'],
             wall_time_s=evaluation.wall_time_s,
         )
     return 0 if tally.goals == tally.paths else 1

@@ -32,11 +32,11 @@ class Acknowledger:
 
     Args:
         node: The consumer.
-        window_ticks: How many ticks the simulator may be ahead of the last one acknowledged.
+        window_ticks: How many ticks the simulator may be ahead of the last one acknowledged. It
+            continues without this consumer once the node has ended.
     """
 
     def __init__(self, node: Node, *, window_ticks: int) -> None:
-        self._node = node
         name = node.get_name()
         window = KeyValue(key=_WINDOW_KEY, value=str(window_ticks))
         self._message = DiagnosticArray(status=[DiagnosticStatus(name=name, values=[window])])
@@ -49,10 +49,6 @@ class Acknowledger:
         """Report that a tick and all before it have been handled."""
         self._message.header.stamp = stamp_to_msg(stamp_ns)
         self._publisher.publish(self._message)
-
-    def destroy(self) -> None:
-        """Deregister: the simulator then continues without this consumer."""
-        self._node.destroy_publisher(self._publisher)
 
 
 @dataclass(kw_only=True)
@@ -143,11 +139,11 @@ def is_subscribed(node: Node, consumer: str, publisher: Publisher[Any]) -> bool:
         publisher: The publisher.
     """
     topic = node.resolve_topic_name(acknowledgement_topic(consumer))
-    processes = {_participant(info) for info in node.get_publishers_info_by_topic(topic)}
+    processes = {participant_of(info) for info in node.get_publishers_info_by_topic(topic)}
     readers = node.get_subscriptions_info_by_topic(publisher.topic_name)
-    return any(_participant(info) in processes for info in readers)
+    return any(participant_of(info) in processes for info in readers)
 
 
-def _participant(info: TopicEndpointInfo) -> bytes:
+def participant_of(info: TopicEndpointInfo) -> bytes:
     """Return the id of the DDS participant, one per process as a rule, that has an endpoint."""
     return bytes(info.endpoint_gid[:_GUID_PREFIX])

@@ -40,7 +40,3 @@ gc.freeze()  # collections in forked processes leave the shared pages alone
 def main() -> None:
     """Run all nodes in this process until Ctrl-C or SIGTERM."""
     raise SystemExit(run_nodes('composed', _CLASSES))
-
-
-if __name__ == '__main__':
-    main()

@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from goalreach_bringup.ros2cli.arguments import TerminatedError, add
 from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.ros.acknowledgement import participant_of
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE, use_profile
 
 _STEP_S: Final = 0.05
@@ -30,9 +31,6 @@ participant need to follow it."""
 _DISCOVERY_S: Final = 5.0
 """Longest wait for the graph. Chosen: DDS repeats an announcement that was lost after 3 s, and the
 endpoints follow it."""
-
-_GUID_PREFIX: Final = 12
-"""So many first bytes of an endpoint's identifier are its participant's."""
 
 _UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
 """Name in the graph of a node whose endpoint is known before its name."""
@@ -160,7 +158,7 @@ class Session(ExitStack):
         graph: object = None
         while True:
             now_s = time.monotonic()
-            if graph != (graph := self._graph()):
+            if graph != (graph := (self.node_names(hidden=True), self.topics(), self.services())):
                 changed_s = now_s
             if now_s - changed_s >= _SETTLED_S and self._is_complete() and holds():
                 return True
@@ -197,14 +195,11 @@ class Session(ExitStack):
     def _is_complete(self) -> bool:
         """Return whether a node of each participant of this machine is known by its name."""
         seen = {
-            bytes(info.endpoint_gid[:_GUID_PREFIX])
+            participant_of(info)
             for info in self.node.get_publishers_info_by_topic('/parameter_events')
             if info.node_name != _UNKNOWN_NODE
         }
         return len(seen) >= count_local_participants(self.node.context.get_domain_id())
-
-    def _graph(self) -> tuple[list[str], dict[str, list[str]], dict[str, list[str]]]:
-        return self.node_names(hidden=True), self.topics(), self.services()
 
 
 def full_name(name: str) -> str:
