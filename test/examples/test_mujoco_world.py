@@ -146,6 +146,7 @@ def _keep(kept: list[int], message: Any) -> None:
 def test_two_paths_in_the_dark_reach_the_goal(world: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert world.mujoco
     monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
-    paths = list(drive((), {}, Arena().starts[8:10], seed=7))
+    instant = ('--exposure', '0')  # one image for each stamp, not three: software renders them
+    paths = list(drive(instant, {}, Arena().starts[2:4], seed=7))
     assert [path['outcome'] for path in paths] == ['goal', 'goal']
     assert all(len(path['errors']) > 50 for path in paths)

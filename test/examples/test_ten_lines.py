@@ -6,6 +6,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / 'examples' / 'ten_lines.py'
 
@@ -19,6 +21,7 @@ def test_readme_shows_the_example() -> None:
     assert len([line for line in block.splitlines() if line.strip()]) <= 10
 
 
+@pytest.mark.slow
 def test_the_example_runs(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, str(EXAMPLE)],

@@ -15,6 +15,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def clone(tmp_path: Path) -> Clone:
-    root = tmp_path / 'clone'
+    """Give a clone in a folder whose special characters must be no obstacle."""
+    root = tmp_path / 'a $HOME; "b"'
     root.mkdir()
     return Clone(root)

@@ -175,21 +175,22 @@ def test_sourced_workspace_of_another_python_says_so(clone: Clone, tmp_path: Pat
 
 
 @needs_venv
-@pytest.mark.parametrize('rclpy', ['', 'raise ImportError'], ids=['imports', 'fails'])
-@pytest.mark.parametrize('distribution', [{}, {'ROS_DISTRO': 'humble'}], ids=['unset', 'humble'])
-def test_another_ros_gives_way_to_the_environment(
-    clone: Clone, tmp_path: Path, distribution: dict[str, str], rclpy: str
-) -> None:
-    place_package(tmp_path / 'opt' / 'rclpy', rclpy)
+def test_another_ros_gives_way_to_the_environment(clone: Clone, tmp_path: Path) -> None:
+    place_package(tmp_path / 'imports' / 'rclpy')
+    place_package(tmp_path / 'fails' / 'rclpy', 'raise ImportError')
     place_package(tmp_path / 'own' / 'mine')
-    folders = f'{tmp_path / "opt"}:{tmp_path / "own"}'
+    lines = []
+    for ros in ('imports', 'fails'):
+        folders = f'{tmp_path / ros}:{tmp_path / "own"}'
+        for distribution in ({}, {'ROS_DISTRO': 'humble'}):
+            outcome = clone.run(PYTHONPATH=folders, **distribution)
 
-    outcome = clone.run(PYTHONPATH=folders, **distribution)
-
-    assert outcome.status == 0
-    assert re.search(r'goalreach: ROS_DISTRO = \w+: using \.venv instead of', outcome.err)
-    assert outcome.said['variables']['PYTHONPATH'] == str(tmp_path / 'own')
-    assert clone.run(PYTHONPATH=folders, **distribution).err.count('\n') == 1
+            assert outcome.status == 0
+            assert re.search(r'goalreach: ROS_DISTRO = \w+: using \.venv instead of', outcome.err)
+            assert outcome.said['variables']['PYTHONPATH'] == str(tmp_path / 'own')
+            lines.append(outcome.err.count('\n'))
+    assert lines[0] > 1, 'the first start sets up'
+    assert lines[1:] == [1, 1, 1]
 
 
 @pytest.mark.parametrize(
@@ -224,14 +225,6 @@ runpy.run_path({str(script)!r}, run_name='__main__')
 
     assert done.returncode == 1
     assert re.fullmatch(line + r'\n', done.stderr)
-
-
-@needs_venv
-def test_a_path_with_special_characters_is_no_obstacle(tmp_path: Path) -> None:
-    root = tmp_path / 'a $HOME; "b"'
-    root.mkdir()
-
-    assert Clone(root).run().status == 0
 
 
 @pytest.mark.parametrize(

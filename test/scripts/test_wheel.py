@@ -10,6 +10,8 @@ import pytest
 
 from architecture import PACKAGES
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 DATA = {
     'goalreach_bringup/config/goalreach.rviz',

@@ -68,12 +68,20 @@ def _execute(step: Step) -> Result:
 
 @contextmanager
 def _started_beside(steps: list[Step], log: Path) -> Iterator[Callable[[], list[Result]]]:
-    """Start steps in a process; give a function that awaits and prints them."""
+    """Start steps in a group of processes, which ends with the block.
+
+    Yields:
+        A function that awaits them and prints their output.
+    """
     receiver, sender = multiprocessing.Pipe(duplex=False)
     context = multiprocessing.get_context('fork')
     child = context.Process(target=_execute_beside, args=(steps, log, sender))
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until it is in its own group
     child.start()
     sender.close()
+    assert child.pid is not None
+    group = child.pid
+    os.setpgid(group, group)
 
     def finish() -> list[Result]:
         try:
@@ -85,16 +93,18 @@ def _started_beside(steps: list[Step], log: Path) -> Iterator[Callable[[], list[
         return results
 
     try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         yield finish
     finally:
-        if child.is_alive() and child.pid is not None:
-            os.killpg(child.pid, signal.SIGTERM)
+        if child.is_alive():
+            os.killpg(group, signal.SIGTERM)
         child.join()
 
 
 def _execute_beside(steps: list[Step], log: Path, sender: Connection) -> None:
-    """Execute steps in a group of processes of its own, which can be ended as a whole."""
-    os.setpgid(0, 0)
+    """Execute steps, their output in a file."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     os.nice(LOW_PRIORITY)
     with log.open('w') as stream, Path(os.devnull).open() as nothing:
         for number, target in enumerate((nothing, stream, stream)):
@@ -107,7 +117,9 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
         prog='run_tests.py', description='Run ruff, mypy, pytest and colcon; all must pass.'
     )
     parser.add_argument(
-        '--fast', action='store_true', help='leave out colcon and the tests that start processes'
+        '--fast',
+        action='store_true',
+        help='leave out colcon and the tests of graphs and set-ups',
     )
     parser.add_argument(
         'pytest', nargs='*', metavar='ARGUMENT', help='arguments for pytest, after `--`'

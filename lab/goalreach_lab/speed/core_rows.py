@@ -43,7 +43,7 @@ def recording_rows(budget: Budget) -> list[BenchRow]:
 
 def evaluation_rows(budget: Budget) -> list[BenchRow]:
     """Return the rows of an evaluation by one and two processes, and of half as many drives."""
-    drives = budget.count(500, 44)
+    drives = budget.count(500, 12)
     one, two, half, machine = [], [], [], []
     for number in range(budget.count(3)):
         machine.append(machine_gain(budget.count(_TURNS)))
