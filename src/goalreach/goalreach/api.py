@@ -47,7 +47,8 @@ def train(
     >>> policy.greedy_action((0, 0))  # LEFT-SIDE/NEAR: heading 0 degrees, to the right
     0
     """
-    _require_seed(seed)
+    if seed < 0:
+        raise ConfigurationError('seed', seed, 'a whole number >= 0')
     rng = np.random.default_rng(seed)
     policy = training.train(choose_arena(arena), config or LearningConfig(), rng=rng).policy
     return replace(policy, learning={**policy.learning, 'seed': seed})
@@ -180,11 +181,6 @@ def _recorded(result: Evaluation | Path | str | None) -> RecordedRun | None:
     if isinstance(result, Evaluation):
         return recorded_run(result.to_json())
     return None if result is None else read_recorded_run(result)
-
-
-def _require_seed(seed: int) -> None:
-    if seed < 0:
-        raise ConfigurationError('seed', seed, 'a whole number >= 0')
 
 
 def _pose(start: Start) -> Pose2:

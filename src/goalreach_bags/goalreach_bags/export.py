@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import importlib
 from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -79,9 +79,6 @@ def _is_number(text: str) -> bool:
         return False
 
 
-ENDINGS: Final = ('.csv', '.parquet')
-
-
 def write_table(path: Path, table: MessageTable) -> None:
     """Write a table in the format of the file's ending.
 
@@ -97,7 +94,7 @@ def write_table(path: Path, table: MessageTable) -> None:
     elif path.suffix == '.parquet':
         write_bytes_atomically(path, _parquet(table))
     else:
-        raise ConfigurationError('--out', str(path), f'a name ending in {" or ".join(ENDINGS)}')
+        raise ConfigurationError('--out', str(path), 'a name ending in .csv or .parquet')
 
 
 def _parquet(table: MessageTable) -> bytes:

@@ -20,7 +20,6 @@ class TopicSelection:
     """Selects topics by name and by pattern; all where neither is given.
 
     Hidden topics, those with a part that begins with an underscore, are selected only by name.
-
     """
 
     names: tuple[str, ...] = option(

@@ -6,17 +6,12 @@ _LONGEST = 1000
 """Longest error message, characters. Chosen."""
 
 
-def _bounded() -> reprlib.Repr:
-    """Return a `Repr` of bounded time and length: a small file can describe a huge value."""
-    shown = reprlib.Repr()
-    shown.maxlevel = 3
-    shown.maxtuple = shown.maxlist = shown.maxdict = 24
-    shown.maxstring = shown.maxother = 120
-    shown.maxlong = 60
-    return shown
-
-
-_REPR = _bounded()
+# Bounded in time and length: a small file can describe a huge value.
+_REPR = reprlib.Repr()
+_REPR.maxlevel = 3
+_REPR.maxtuple = _REPR.maxlist = _REPR.maxdict = 24
+_REPR.maxstring = _REPR.maxother = 120
+_REPR.maxlong = 60
 
 
 def one_line(text: object) -> str:

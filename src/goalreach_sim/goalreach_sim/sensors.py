@@ -78,9 +78,8 @@ class WheelOdometry:
 
 BUMPER_COUNT = 20
 BUMPER_SPACING_RAD = math.radians(18.0)
-_HALF_ARC_RAD = math.radians(18.0)
-_EDGE_RAD = 1e-9
-"""Tolerance that includes the ends of an arc despite rounding."""
+_REACH_RAD = math.radians(18.0) + 1e-9
+"""Half the arc of a sensor; the tolerance includes its ends despite rounding."""
 
 _NONE_PRESSED = (False,) * BUMPER_COUNT
 
@@ -98,16 +97,11 @@ def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tup
     bearings_rad = [direction_rad - base_yaw_rad for direction_rad in directions_rad]
     if not bearings_rad:
         return _NONE_PRESSED
+    centres_rad = (index * BUMPER_SPACING_RAD for index in range(BUMPER_COUNT))
     return tuple(
-        any(_covers(index, bearing_rad) for bearing_rad in bearings_rad)
-        for index in range(BUMPER_COUNT)
+        any(abs(angle_difference(b_rad, centre_rad)) <= _REACH_RAD for b_rad in bearings_rad)
+        for centre_rad in centres_rad
     )
-
-
-def _covers(index: int, bearing_rad: float) -> bool:
-    """Return whether the arc of a sensor covers a direction seen from the base."""
-    offset_rad = angle_difference(bearing_rad, index * BUMPER_SPACING_RAD)
-    return abs(offset_rad) <= _HALF_ARC_RAD + _EDGE_RAD
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

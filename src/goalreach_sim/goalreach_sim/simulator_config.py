@@ -179,17 +179,17 @@ class SimulatorConfig(Configuration):
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> 'SimulatorConfig':
         """Return the default robot with given errors at the first start of an arena."""
-        config = cls(
+        middle = Pose2(
+            x_m=arena.width_m / 2.0, y_m=arena.length_m / 2.0, heading_rad=-math.pi / 2.0
+        )
+        start = arena.starts[0] if arena.starts else middle
+        return cls(
             arena_width_m=arena.width_m,
             arena_length_m=arena.length_m,
             landmarks_m=tuple(itertools.chain.from_iterable(arena.landmarks_m)),
-            start_pose=(arena.width_m / 2.0, arena.length_m / 2.0, -math.pi / 2.0),
+            start_pose=(start.x_m, start.y_m, start.heading_rad),
             noise=noise,
         )
-        if not arena.starts:
-            return config
-        start = arena.starts[0]
-        return dataclasses.replace(config, start_pose=(start.x_m, start.y_m, start.heading_rad))
 
     @property
     def start(self) -> Pose2:

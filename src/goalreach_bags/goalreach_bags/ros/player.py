@@ -198,18 +198,15 @@ class Player(Node):
         Args:
             watch: Called with the nanoseconds of the bag that were played since the last call.
         """
-        self._rest(self._options.delay)
+        end_s = time.monotonic() + self._options.delay
+        while not self._ends and (left_s := end_s - time.monotonic()) > 0.0:
+            self._listen(min(left_s, _KEY_S))
         sent = self._play_once(watch)
         while self._options.loop and not self._ends:
             sent += self._play_once(watch)
         self._wait_for_acknowledgements()
         time.sleep(_LINGER_S)
         return sent
-
-    def _rest(self, duration_s: float) -> None:
-        end_s = time.monotonic() + duration_s
-        while not self._ends and (left_s := end_s - time.monotonic()) > 0.0:
-            self._listen(min(left_s, _KEY_S))
 
     def _wait_for_acknowledgements(self) -> None:
         limit_ms = self._options.wait_for_all_acked

@@ -80,6 +80,7 @@ class Graph:
         remaps: Remapping rules for every node.
 
     Attributes:
+        processes: Names of the processes.
         parameters_path: File with the parameters of every node.
         started_s: When the start began, by a monotonic clock.
     """
@@ -98,6 +99,7 @@ class Graph:
         self._environment = environment
         self._modules = _COMPOSED if composed else _MODULES
         self._remaps = [word for rule in remaps for word in ('--remap', rule)]
+        self.processes = tuple(self._modules)
         self._processes: dict[str, ChildProcess] = {}
         self._backoffs = {name: Backoff() for name in self._modules}
         self._restart_at_s: dict[str, float] = {}
@@ -120,11 +122,6 @@ class Graph:
             environment=self._environment,
             log_path=self._directory / f'{name}.log',
         )
-
-    @property
-    def processes(self) -> list[str]:
-        """Names of the processes."""
-        return list(self._modules)
 
     def supervise(
         self,

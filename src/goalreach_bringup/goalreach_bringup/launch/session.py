@@ -226,8 +226,6 @@ class RunSession:
         if self._learning is not None:
             _LOG.info(LearningRun.verdict(policy_path, self._arena))
             return 0
-        if self._recorder is not None and self._recorder.failed:
-            return 1
-        if not self._options.paths:
-            return 0
-        return 0 if self._tally.goals == self._options.paths else 1
+        failed = self._recorder is not None and self._recorder.failed
+        missed = self._options.paths and self._tally.goals != self._options.paths
+        return 1 if failed or missed else 0

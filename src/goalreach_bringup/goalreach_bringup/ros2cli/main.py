@@ -45,7 +45,15 @@ def main(arguments: list[str]) -> int:
     if not hasattr(args, 'run'):
         parser.print_help()
         return 0
-    return _run(args)
+    try:
+        args.run(args)
+        sys.stdout.flush()
+    except GoalreachError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except TerminatedError:
+        return _TERMINATED
+    return 0
 
 
 def make_parser(arguments: list[str]) -> argparse.ArgumentParser:
@@ -63,15 +71,3 @@ def make_parser(arguments: list[str]) -> argparse.ArgumentParser:
             module = importlib.import_module(f'goalreach_bringup.ros2cli.ros.{name}')
             module.add_verbs(command)
     return parser
-
-
-def _run(args: argparse.Namespace) -> int:
-    try:
-        args.run(args)
-        sys.stdout.flush()
-    except GoalreachError as error:
-        print(error, file=sys.stderr)
-        return 1
-    except TerminatedError:
-        return _TERMINATED
-    return 0

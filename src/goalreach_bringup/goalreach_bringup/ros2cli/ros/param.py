@@ -195,7 +195,8 @@ def _ask(args: argparse.Namespace, call: Callable[[AsyncParameterClient], Any]) 
 def _client(session: Session, args: argparse.Namespace) -> Any:
     """Return a client of the parameters of the node that the user named."""
     name = full_name(args.node_name)
-    if not session.find(lambda: name in session.node_names(hidden=True), args.timeout):
+    limit_s = session.spin_time_s if args.timeout is None else args.timeout
+    if not session.spin_until(lambda: name in session.node_names(hidden=True), limit_s):
         raise CommandError('Node not found')
     client = AsyncParameterClient(session.node, name)
     if not session.spin_until(client.services_are_ready, _CALL_S):

@@ -77,7 +77,7 @@ def call_service(args: argparse.Namespace) -> None:
     with Session(args) as session:
         print('waiting for service to become available...', flush=True)
         name = session.node.resolve_service_name(args.service_name)
-        session.find(lambda: name in session.services())
+        session.spin_until(lambda: name in session.services(), session.spin_time_s)
         offered = session.services().get(name, [])
         wanted = full_type_name(args.service_type, 'srv')
         if offered and wanted not in offered:

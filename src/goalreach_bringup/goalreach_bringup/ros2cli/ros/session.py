@@ -70,11 +70,14 @@ class Session(ExitStack):
     Args:
         args: The parsed options of `add_verb`.
         node_name: Name of the node; hidden and unique if None.
+
+    Attributes:
+        spin_time_s: Time allowed for discovery.
     """
 
     def __init__(self, args: argparse.Namespace, node_name: str | None = None) -> None:
         super().__init__()
-        self._spin_time_s: float = args.spin_time
+        self.spin_time_s: float = args.spin_time
         self._signal: int | None = None
         use_profile(DISCOVERY_PROFILE)
         # A log file for every command would only fill the disk.
@@ -154,7 +157,7 @@ class Session(ExitStack):
             Whether the condition held within the time allowed for discovery.
         """
         holds = found or (lambda: len(self.node.get_node_names()) > 1)
-        end_s = time.monotonic() + self._spin_time_s
+        end_s = time.monotonic() + self.spin_time_s
         graph: object = None
         while True:
             now_s = time.monotonic()
@@ -165,15 +168,6 @@ class Session(ExitStack):
             if now_s >= end_s:
                 return holds()
             self.spin_once()
-
-    def find(self, found: Callable[[], bool], limit_s: float | None = None) -> bool:
-        """Wait for a condition; return whether it holds.
-
-        Args:
-            found: The condition.
-            limit_s: Longest wait; the time allowed for discovery if None.
-        """
-        return self.spin_until(found, self._spin_time_s if limit_s is None else limit_s)
 
     def node_names(self, *, hidden: bool) -> list[str]:
         """Return the sorted full names of the nodes; with `hidden`, those of tools too."""

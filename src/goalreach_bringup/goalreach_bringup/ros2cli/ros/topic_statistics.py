@@ -46,7 +46,7 @@ def measure(args: argparse.Namespace) -> None:
     """
     with Session(args) as session:
         topic = session.node.resolve_topic_name(args.topic_name)
-        if not session.find(lambda: topic in session.topics()):
+        if not session.spin_until(lambda: topic in session.topics(), session.spin_time_s):
             print(f'WARNING: topic [{topic}] does not appear to be published yet', flush=True)
             session.spin_until(lambda: topic in session.topics())
         meter = args.meter(session.node, args)
