@@ -2,12 +2,18 @@
 
 import ast
 from collections.abc import Iterator
+import os
 from pathlib import Path
 import re
+import signal
+import subprocess
+import sys
 
 import pytest
 
+from _venv import SIZES
 from goalreach_bringup import variables
+from goalreach_bringup.cli import COMMANDS
 from goalreach_msgs_py import topics
 import graphs
 
@@ -30,6 +36,61 @@ def blocks(path: Path) -> Iterator[str]:
 
 def test_the_readme_is_short() -> None:
     assert len((ROOT / 'README.md').read_text().split()) <= README_WORDS
+
+
+def test_the_readme_names_topics_and_commands_that_exist() -> None:
+    text = (ROOT / 'README.md').read_text()
+    named = set(re.findall(r'(?:`|echo )(/[a-z_/]+)(?:`|$)', text, re.MULTILINE))
+    listed = re.findall(r'^\* (`.*?): ', text.partition('## Commands')[2], re.MULTILINE)
+    words = re.findall('`(.*?)`', ' '.join(listed))
+
+    assert len(named) >= 8
+    assert named <= contract().keys()
+    assert {word for word in words if not word.endswith('.py')} == set(COMMANDS) - {'bench'}
+    assert all((ROOT / 'scripts' / word).is_file() for word in words if word.endswith('.py'))
+
+
+def test_the_readme_tells_the_sizes_that_the_set_up_tells() -> None:
+    """`test_install.py` measures them."""
+    text = ' '.join((ROOT / 'README.md').read_text().split())
+
+    assert f'about {SIZES["page"]} for driving with the live page, {SIZES["dev"]} with' in text
+
+
+@pytest.mark.graph
+def test_the_exit_statuses_are_those_described(tmp_path: Path) -> None:
+    def status(*words: str, sent: int = 0, out: int = subprocess.PIPE, **more: str) -> int:
+        with subprocess.Popen(
+            [sys.executable, '-m', 'goalreach_bringup.cli', *words],
+            cwd=tmp_path,
+            env={**graphs.graph_environment(graphs.fresh_domain(), tmp_path), **more},
+            stdout=out,
+            stderr=subprocess.DEVNULL,
+        ) as process:
+            if sent:
+                assert process.stdout is not None
+                assert process.stdout.readline() == b'publisher: beginning loop\n'
+                process.send_signal(sent)
+            return process.wait(60.0)
+
+    unread, pipe = os.pipe()
+    os.close(unread)
+    publish = ('ros2', 'topic', 'pub', '/greeting', 'std_msgs/msg/String')
+    found = {
+        '0': status('train', '--out', 'policy.json'),
+        '1': status('doctor', ROS_DOMAIN_ID='abc'),
+        '2': status('train', '--trials', 'none'),
+        '130': status(*publish, sent=signal.SIGINT),
+        '141': status('doctor', out=pipe),
+        '128 + n': status(*publish, sent=signal.SIGTERM) - signal.SIGTERM,
+    }
+    os.close(pipe)
+
+    text = (ROOT / 'docs' / 'reference' / 'exit_status.md').read_text()
+    rows = re.findall(r'^\| (\d\S*(?: \+ n)?) \|', text, re.MULTILINE)
+    assert found == {row: int(row.split()[0]) for row in rows}
+    commands = re.findall(r'^\| `(\w+)', text, re.MULTILINE)
+    assert set(commands) <= {*COMMANDS, 'scripts'}
 
 
 def test_every_checked_variable_is_described() -> None:

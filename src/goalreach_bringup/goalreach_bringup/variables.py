@@ -42,8 +42,7 @@ def check_variables(environment: Mapping[str, str], *, starts_graph: bool = Fals
         ConfigurationError: A value is refused; the error names variable, value and what is
             allowed.
     """
-    checks = {**_CHECKS, **dict.fromkeys(_SERVER_VARIABLES if starts_graph else (), _unset)}
-    for name, check in checks.items():
+    for name, check in (_CHECKS | (_OF_ANOTHER_GRAPH if starts_graph else {})).items():
         value = environment.get(name, '')
         if (value or name == 'HOME') and (allowed := check(value, environment)):
             raise ConfigurationError(name, value, allowed)
@@ -103,10 +102,6 @@ def _home(value: str, environment: Mapping[str, str]) -> str:
     return 'a folder that can be written (or set ROS_LOG_DIR)' if bad else ''
 
 
-def _unset(_: str, __: Mapping[str, str]) -> str:
-    return 'unset: the nodes of a run find each other without a server'
-
-
 def _temporary(value: str, _: Mapping[str, str]) -> str:
     path = abspath(value)
     good = len(os.fsencode(path)) <= _LONGEST_TMPDIR or not isdir(path)
@@ -147,45 +142,48 @@ def _security(value: str, environment: Mapping[str, str]) -> str:
     return _one_of('true', 'false')(value, environment)
 
 
-def _same_middleware(value: str, environment: Mapping[str, str]) -> str:
+def _same(value: str, environment: Mapping[str, str]) -> str:
     used = environment.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp'
     return '' if value == used else f'the middleware in use, {used}'
 
 
-_FLAG: Final = _one_of('0', '1')
-_SERVER_VARIABLES: Final = ('ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE')
-_CHECKS: Final[Mapping[str, Check]] = {
+_CHECKS: Final[dict[str, Check]] = {
     'ROS_DOMAIN_ID': _domain,
     'RMW_IMPLEMENTATION': _middleware,
-    'RCL_ASSERT_RMW_ID_MATCHES': _same_middleware,
+    'RCL_ASSERT_RMW_ID_MATCHES': _same,
     'ROS_AUTOMATIC_DISCOVERY_RANGE': _discovery_range,
     'ROS_STATIC_PEERS': _peers,
-    'ROS_LOCALHOST_ONLY': _FLAG,
     'FASTRTPS_DEFAULT_PROFILES_FILE': _profile,
     'FASTDDS_DEFAULT_PROFILES_FILE': _profile,
-    'SKIP_DEFAULT_XML_FILE': _FLAG,
+    'FASTDDS_ENVIRONMENT_FILE': lambda value, _: '' if isfile(value) else 'a file',
     'FASTDDS_BUILTIN_TRANSPORTS': _matching(
         r'(DEFAULT|UDP)v[46]|DEFAULT|SHM|LARGE_DATA(v6)?(\?[\w=&]+)?',
         'one of DEFAULT, DEFAULTv6, SHM, UDPv4, UDPv6, LARGE_DATA, LARGE_DATAv6',
     ),
-    'FASTDDS_ENVIRONMENT_FILE': lambda value, _: '' if isfile(value) else 'a file',
     'ROS_DISCOVERY_SERVER': _matching(
         r';*[\w.:\[\]-]+(;[\w.:\[\]-]*)*', 'addresses of servers, separated by semicolons'
     ),
     'ROS_SUPER_CLIENT': _one_of('true', 'True', 'TRUE', '1', 'false', 'False', 'FALSE', '0'),
-    'ROS_DISABLE_LOANED_MESSAGES': _FLAG,
-    'RMW_FASTRTPS_USE_QOS_FROM_XML': _FLAG,
     'RMW_FASTRTPS_PUBLICATION_MODE': _one_of('AUTO', 'SYNCHRONOUS', 'ASYNCHRONOUS'),
     'HOME': _home,
     'ROS_HOME': _folder,
     'ROS_LOG_DIR': _folder,
     'TMPDIR': _temporary,
-    'RCL_LOGGING_SPDLOG_EXPERIMENTAL_OLD_FLUSHING_BEHAVIOR': _FLAG,
-    'RCUTILS_LOGGING_USE_STDOUT': _FLAG,
-    'RCUTILS_LOGGING_BUFFERED_STREAM': _FLAG,
-    'RCUTILS_COLORIZED_OUTPUT': _FLAG,
     'ROS_SECURITY_ENABLE': _security,
     'ROS_SECURITY_STRATEGY': _one_of('Enforce', 'Permissive'),
     'ROS_SECURITY_KEYSTORE': _keystore,
     'ROS_SECURITY_ENCLAVE_OVERRIDE': _matching('/.*', 'a name that begins with a slash'),
-}
+    **dict.fromkeys(
+        (
+            'RCL_LOGGING_SPDLOG_EXPERIMENTAL_OLD_FLUSHING_BEHAVIOR',
+            'RCUTILS_COLORIZED_OUTPUT', 'RCUTILS_LOGGING_BUFFERED_STREAM',
+            'RCUTILS_LOGGING_USE_STDOUT', 'RMW_FASTRTPS_USE_QOS_FROM_XML',
+            'ROS_DISABLE_LOANED_MESSAGES', 'ROS_LOCALHOST_ONLY', 'SKIP_DEFAULT_XML_FILE',
+        ),
+        _one_of('0', '1'),
+    ),
+}  # fmt: skip
+_OF_ANOTHER_GRAPH: Final[dict[str, Check]] = dict.fromkeys(
+    ('ROS_DISCOVERY_SERVER', 'FASTDDS_ENVIRONMENT_FILE'),
+    lambda *_: 'unset: the nodes of a run find each other without a server',
+)

@@ -177,7 +177,7 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeed
     with tempfile.TemporaryDirectory(prefix='goalreach-') as directory:
         parameters_path = _write_parameters(bag, params_file, Path(directory))
         arguments = ['--ros-args', '--params-file', str(parameters_path)]
-        arguments += ['--log-level', 'error', '--disable-external-lib-logs']
+        arguments += ['--log-level', 'error']
         for name in (*SENSORS, *OUTPUTS, '/diagnostics'):
             arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
         with ros_session(fast_dds_profile(), arguments) as closing:

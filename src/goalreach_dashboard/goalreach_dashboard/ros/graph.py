@@ -15,6 +15,7 @@ from goalreach_dashboard.state import PageState
 from goalreach_dashboard.views.page import page_view, run_status
 from goalreach_dashboard.views.svg import View
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.ros.node import NO_LOG_FILE
 from goalreach_msgs_py.topics import CONTROLLER, ROBOT
 
 _LINGER_S: Final = 5.0
@@ -37,7 +38,7 @@ class GraphClient:
     """
 
     def __init__(self, arena: Arena) -> None:
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=NO_LOG_FILE, signal_handler_options=SignalHandlerOptions.NO)
         self.state = PageState(arena=arena)
         self._nodes = [
             Node(name, enable_rosout=False, start_parameter_services=False)

@@ -29,6 +29,8 @@ from goalreach_msgs_py.ros.process import (
 )
 from goalreach_msgs_py.topics import DIAGNOSTICS
 
+NO_LOG_FILE = ('--ros-args', '--disable-external-lib-logs')
+"""Arguments of rclpy for a tool: a log file of each call would fill `~/.ros/log`."""
 _SPIN_S = 0.25
 _FLUSH_S = 0.5
 _DIAGNOSTICS_TICKS = 25
@@ -127,7 +129,7 @@ def ros_session(profile: str, arguments: Sequence[str] = ()) -> Iterator[ExitSta
         A stack for callbacks that clean up before rclpy is shut down.
     """
     use_profile(profile)
-    rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[*arguments, *NO_LOG_FILE], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ExitStack() as stack:
             yield stack
