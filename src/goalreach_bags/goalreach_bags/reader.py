@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 import logging
 from pathlib import Path
 import shutil
@@ -58,7 +58,8 @@ class BagReader(ExitStack):
         super().__init__()
         self.metadata = _read_metadata(self.path)
         with _one_line(self.path), ExitStack() as opened:
-            self._files = [self._open(file, opened) for file in self._storage_paths(opened)]
+            make, files = _READERS[self.metadata.storage], self._storage_paths(opened)
+            self._files = [opened.enter_context(closing(make(file))) for file in files]
             self.push(opened.pop_all())
         sources = (*self._files, self.metadata)
         self.topics = merge_topics(topic for source in sources for topic in source.topics)
@@ -117,11 +118,6 @@ class BagReader(ExitStack):
             if found < promised:
                 problem = f'holds {found} of the {promised} messages that its {source} promise'
                 raise BagError(self.path, _with_advice(self.path, problem))
-
-    def _open(self, file: Path, opened: ExitStack) -> _StorageReader:
-        reader = _READERS[self.metadata.storage](file)
-        opened.callback(reader.close)
-        return reader
 
     def _storage_paths(self, opened: ExitStack) -> list[Path]:
         """Return the paths of the files; compressed ones are decompressed until it is closed."""

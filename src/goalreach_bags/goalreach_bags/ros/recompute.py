@@ -11,7 +11,6 @@ from typing import Any, Final
 
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from goalreach_bags.compare import OUTPUTS, Recomputation, TopicResult
 from goalreach_bags.decode import Decoder
@@ -26,6 +25,7 @@ from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
+from goalreach_msgs_py.ros.messaging import DEEP_QOS
 from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE, SENSORS
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
@@ -38,8 +38,6 @@ _ANSWER_S: Final = 20.0
 
 _INCOMPLETE_STAMPS: Final = 64
 """Stamps whose sensors may be incomplete at a time. Chosen."""
-
-_DEEP_QOS: Final = QoSProfile(depth=100)
 
 
 class SensorFeeder(Node):
@@ -62,7 +60,7 @@ class SensorFeeder(Node):
         }
         for name in OUTPUTS:
             collect = partial(self._collect, name)
-            self.create_subscription(kinds[name], name, collect, _DEEP_QOS, raw=True)
+            self.create_subscription(kinds[name], name, collect, DEEP_QOS, raw=True)
 
     def connect(self) -> None:
         """Wait until perception is connected; of the bumpers it makes no use.

@@ -28,7 +28,6 @@ _MODULES: Final = {
     CONTROLLER: 'goalreach_learning.goal_reaching_controller_node',
 }
 _COMPOSED: Final = {'composed': 'goalreach_bringup.launch.ros.nodes'}
-_BAD_CONFIGURATION = 2
 
 
 class NodeDiedError(GoalreachError):
@@ -153,7 +152,7 @@ class Graph:
         process = self._processes[name]
         process.read_log()
         if process.exit_status is not None:
-            if process.exit_status == _BAD_CONFIGURATION:
+            if process.exit_status == GoalreachError.status:
                 raise NodeDiedError(process.last_log_line())
             self._lost(name, process.exit_summary(), now_s)
         elif silent(now_s):

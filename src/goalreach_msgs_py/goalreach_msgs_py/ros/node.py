@@ -34,7 +34,6 @@ NO_LOG_FILE = ('--ros-args', '--disable-external-lib-logs')
 _SPIN_S = 0.25
 _FLUSH_S = 0.5
 _DIAGNOSTICS_TICKS = 25
-_STATUS_BAD_CONFIGURATION = 2
 
 
 class Diagnostics:
@@ -171,4 +170,4 @@ def _init(arguments: list[str]) -> None:
 
 def _refuse(line: str) -> int:
     sys.stderr.write(line.strip().splitlines()[0] + '\n')
-    return _STATUS_BAD_CONFIGURATION
+    return GoalreachError.status
