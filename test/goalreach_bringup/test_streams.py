@@ -57,7 +57,8 @@ def test_a_command_bears_any_redirection(command: str, redirection: str, tmp_pat
 @pytest.mark.graph
 @pytest.mark.parametrize('redirection', REDIRECTIONS)
 def test_a_run_bears_any_redirection(redirection: str, tmp_path: Path) -> None:
-    check(redirected('run --paths 1 --clock lockstep', redirection, tmp_path), redirection)
+    words = 'run --paths 1 --start 1.8,2.2,-90 --policy paper --clock lockstep'
+    check(redirected(words, redirection, tmp_path), redirection)
 
 
 @pytest.fixture(scope='module')

@@ -46,13 +46,7 @@ def replayed(bag: Path, *options: str) -> Iterator[tuple[Node, ServeUntil, Any]]
         yield node, serve_until, player
 
 
-def refusal(bag: Path, *options: str) -> str:
-    arguments = ['replay', str(bag), '--quiet', *options]
-    with graphs.goalreach(arguments, domain=graphs.fresh_domain(), home=bag) as player:
-        text = player.communicate(timeout=LIMIT_S)[0]
-    assert player.returncode == 2
-    assert len(text.splitlines()) == 1, text
-    return str(text)
+Refusal = Callable[..., str]
 
 
 def output(player: 'subprocess.Popen[str]') -> str:
@@ -150,31 +144,31 @@ def test_quality_of_service_is_overridden(bag: Path) -> None:
         ('{', 'is not YAML'),
     ],
 )
-def test_bad_overrides_are_one_line(bag: Path, text: str, problem: str) -> None:
+def test_bad_overrides_are_one_line(bag: Path, refusal: Refusal, text: str, problem: str) -> None:
     path = bag / 'qos.yaml'
     path.write_text(text)
 
-    refused = refusal(bag, '--qos-profile-overrides-path', str(path))
+    refused = refusal('replay', str(bag), '--quiet', '--qos-profile-overrides-path', str(path))
 
     assert refused.startswith(f'goalreach replay: {path}: {problem}')
 
 
 @pytest.mark.graph
 @pytest.mark.parametrize('rule', ['nonsense', '/a:=', '/a:=b c'])
-def test_bad_rules_are_one_line(bag: Path, rule: str) -> None:
-    refused = refusal(bag, '--remap', '/b:=/c', rule)
+def test_bad_rules_are_one_line(bag: Path, refusal: Refusal, rule: str) -> None:
+    refused = refusal('replay', str(bag), '--quiet', '--remap', '/b:=/c', rule)
 
     assert refused.startswith('goalreach replay: --remap: ')
     assert rule in refused
 
 
 @pytest.mark.graph
-def test_two_types_on_one_topic_are_one_line(tmp_path: Path) -> None:
+def test_two_types_on_one_topic_are_one_line(tmp_path: Path, refusal: Refusal) -> None:
     other = string_topic('/b', type_name='std_msgs/msg/Empty', type_hash='')
     messages = [('/a', 1, text_message('a')), ('/b', 2, b'\0\1\0\0\0')]
     write_bag(tmp_path / 'bag', messages, topics=[string_topic('/a'), other])
 
-    refused = refusal(tmp_path / 'bag', '--remap', '/b:=/a')
+    refused = refusal('replay', str(tmp_path / 'bag'), '--quiet', '--remap', '/b:=/a')
 
     assert refused.startswith('goalreach replay: /b: Failed to create publisher: ')
 
@@ -222,8 +216,10 @@ def test_acknowledgements_are_awaited_without_limit_until_they_come(bag: Path) -
 @pytest.mark.parametrize(
     ('option', 'value'), [('--wait-for-all-acked', '-1'), ('--delay', '-1'), ('--rate', '0')]
 )
-def test_bad_numbers_are_one_line(bag: Path, option: str, value: str) -> None:
-    assert refusal(bag, option, value).startswith(f'goalreach replay: {option} = {value}')
+def test_bad_numbers_are_one_line(bag: Path, refusal: Refusal, option: str, value: str) -> None:
+    assert refusal('replay', str(bag), '--quiet', option, value).startswith(
+        f'goalreach replay: {option} = {value}'
+    )
 
 
 @pytest.mark.graph

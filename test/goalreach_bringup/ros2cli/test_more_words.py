@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-import os
 from pathlib import Path
 import re
 import signal
@@ -10,7 +9,7 @@ import sys
 
 import pytest
 
-from graphs import graph_environment
+from graphs import fresh_domain, graph_environment
 from ros2_words import ROS2, ros2
 
 pytestmark = pytest.mark.graph
@@ -21,7 +20,7 @@ NODE_PARAMETERS = '/ns/talker:\n  ros__parameters:\n    speed: {speed}\n    loos
 
 @pytest.fixture(scope='module')
 def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
-    environment = graph_environment(130 + os.getpid() % 90, tmp_path_factory.mktemp('log'))
+    environment = graph_environment(fresh_domain(), tmp_path_factory.mktemp('log'))
     environment['GOALREACH_ROS2_HANDED_OVER'] = '1'  # so that a real ros2 is not used
     node = subprocess.Popen(
         [sys.executable, str(NODE)], env=environment, stdout=subprocess.PIPE, text=True

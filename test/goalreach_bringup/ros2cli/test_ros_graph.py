@@ -12,6 +12,7 @@ from typing import IO
 import pytest
 
 import goalreach_msgs_py
+from graphs import fresh_domain
 from ros2_words import ROS2, ros2
 
 pytestmark = pytest.mark.graph
@@ -25,7 +26,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     kept = {k: v for k, v in os.environ.items() if k != 'FASTRTPS_DEFAULT_PROFILES_FILE'}
     return kept | {
         'GOALREACH_ROS2_HANDED_OVER': '1',  # so that a real ros2 is not used
-        'ROS_DOMAIN_ID': str(100 + os.getpid() % 130),
+        'ROS_DOMAIN_ID': str(fresh_domain()),
         'ROS_LOG_DIR': str(tmp_path_factory.mktemp('log')),
     }
 
