@@ -147,6 +147,17 @@ def test_sockets_fit_into_the_temporary_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not find_spec('ros_wheels_bootstrapper'), reason='ROS 2 is not from wheels')
+@pytest.mark.parametrize(('paths', 'good'), [(f'/x:{sys.prefix}/lib', True), ('/x/lib', False)])
+def test_libraries_of_another_environment_are_refused(paths: str, good: object) -> None:
+    """The wheels set both variables, once, for all that a process starts."""
+    environment = {**HOME, '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1', 'LD_LIBRARY_PATH': paths}
+    refusal = pytest.raises(ConfigurationError, match='another Python')
+
+    with contextlib.nullcontext() if good else refusal:
+        check_variables(environment)
+
+
+@pytest.mark.skipif(not find_spec('ros_wheels_bootstrapper'), reason='ROS 2 is not from wheels')
 def test_the_wheels_have_no_security(tmp_path: Path) -> None:
     secured = {**HOME, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(tmp_path)}
 

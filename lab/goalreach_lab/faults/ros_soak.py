@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from goalreach_bringup.launch.environment import present_files
+from goalreach_bringup.launch.environment import SHARED_MEMORY
 from goalreach_lab.faults.kinds import KINDS, FaultKind
 from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_injector import Injector
@@ -78,7 +78,7 @@ def _sample_for(graph: FaultedGraph, seconds: float, keep: Callable[[Sample], No
         graph.serve(_SAMPLE_S)
         if not graph.serve_until(lambda: observer.clock_ns != before_ns, _STALLED_S):  # noqa: B023 - called here
             raise GoalreachError('the stack has stalled: ' + '; '.join(list(observer.lines)[-5:]))
-        launcher, files = graph.running.pid, len(present_files())
+        launcher, files = graph.running.pid, len([*SHARED_MEMORY.glob('*fastrtps_*')])
         for pid in (launcher, *descendants_of(launcher)):
             held = holdings_of(pid)
             if held is not None:

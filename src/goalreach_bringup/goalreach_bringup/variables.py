@@ -12,6 +12,7 @@ from os.path import abspath, expanduser, isdir, isfile
 from pathlib import Path
 import re
 import socket
+import sys
 import threading
 from typing import Final
 
@@ -142,12 +143,20 @@ def _security(value: str, environment: Mapping[str, str]) -> str:
     return _one_of('true', 'false')(value, environment)
 
 
+def _bootstrapped(_: str, environment: Mapping[str, str]) -> str:
+    own = f'{sys.prefix}/lib' in environment.get('LD_LIBRARY_PATH', '').split(os.pathsep)
+    return (
+        '' if own or not find_spec('ros_wheels_bootstrapper') else 'unset: another Python set it'
+    )
+
+
 def _same(value: str, environment: Mapping[str, str]) -> str:
     used = environment.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp'
     return '' if value == used else f'the middleware in use, {used}'
 
 
 _CHECKS: Final[dict[str, Check]] = {
+    '_ROS_WHEELS_BOOTSTRAP_COMPLETE': _bootstrapped,
     'ROS_DOMAIN_ID': _domain,
     'RMW_IMPLEMENTATION': _middleware,
     'RCL_ASSERT_RMW_ID_MATCHES': _same,

@@ -171,11 +171,6 @@ def abandoned_files(folder: Path = SHARED_MEMORY) -> list[Path]:
     return found
 
 
-def present_files(folder: Path = SHARED_MEMORY) -> list[Path]:
-    """Return all Fast DDS files, of living and of dead processes."""
-    return [*folder.glob('fastrtps_*'), *folder.glob('sem.fastrtps_*')]
-
-
 def remove_abandoned(folder: Path = SHARED_MEMORY) -> int:
     """Remove the abandoned files; return their number."""
     files = abandoned_files(folder)
