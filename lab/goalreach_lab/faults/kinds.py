@@ -1,25 +1,23 @@
 """The kinds of fault: what is done, the expected behaviour, and the words that report it."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.files import read_yaml
 from goalreach_msgs_py.topics import (
     BUMPERS,
     CMD_VEL,
-    CONTROLLER,
     HEAD_COMMAND,
     IMAGE,
     JOINT_STATES,
-    LOCALIZER,
     NODES,
     ODOM,
     POSE,
-    ROBOT,
     STATE,
 )
 
-_NO_LED = r'landmark_localizer.*(none of the expected LEDs|no LED was seen|LEDs are not where)'
 _RESTARTED: Final = 'the node is restarted; the robot stops meanwhile and continues its path'
 _WAITS: Final = 'the robot stops while it lasts, then drives on'
 _DRIVES_ON: Final = 'a warning in the log, nothing else'
@@ -104,96 +102,10 @@ def _of_messages() -> list[FaultKind]:
     ]
 
 
-def _of_leds() -> list[FaultKind]:
-    return [
-        FaultKind(name='all LEDs dark', act='dark', amount=3.0, report_pattern=_NO_LED),
-        FaultKind(
-            name='one LED dark',
-            act='dark',
-            amount=1.0,
-            duration_s=3.0,
-            expected='drives on by the other LEDs, or searches',
-            report_pattern=rf'{LOCALIZER}.*LED \d|{_NO_LED}',
-        ),
-        FaultKind(
-            name='a fourth light',
-            act='light',
-            duration_s=3.0,
-            expected='drives on by the LEDs',
-            report_pattern=rf'{LOCALIZER}.*no LED',
-        ),
-    ]
+_OTHERS: Final = read_yaml(Path(__file__).with_name('kinds.yaml'))
+"""Faults of LEDs, sensors, robot and surroundings."""
 
-
-def _of_sensors() -> list[FaultKind]:
-    return [
-        FaultKind(
-            name='camera frozen',
-            act='parameter',
-            target='faults.camera_frozen',
-            report_pattern=rf'{LOCALIZER}.*image',
-        ),
-        FaultKind(
-            name='odometry frozen',
-            act='parameter',
-            target='faults.odometry_frozen',
-            expected='drives on by the LEDs, or stops while it lasts',
-            report_pattern=rf'{LOCALIZER}.*odometry',
-        ),
-        FaultKind(
-            name='a bumper stuck',
-            act='bumper',
-            duration_s=3.0,
-            expected='no driving while it is pressed',
-            report_pattern=rf'{CONTROLLER}.*bumper',
-            ends_paths=True,
-        ),
-        FaultKind(
-            name='carried by hand',
-            act='carry',
-            duration_s=0.0,
-            expected='the pose is discarded at once and found again; drives on',
-            report_pattern=rf'{LOCALIZER}.*(pose was (lost|replaced)|LEDs)',
-        ),
-        FaultKind(
-            name='placed elsewhere',
-            act='place',
-            duration_s=0.0,
-            expected='the pose is discarded at once and found again; drives on',
-            report_pattern=rf'{LOCALIZER}.*odometry jumped',
-        ),
-    ]
-
-
-def _of_surroundings() -> list[FaultKind]:
-    return [
-        FaultKind(name='clock stalled', act='stall', report_pattern=rf'{ROBOT}.*paused'),
-        FaultKind(
-            name='disk full for the recorder',
-            act='disk',
-            duration_s=0.0,
-            expected='the recorder closes its bag and reports it; the run continues',
-            report_pattern='recording stopped',
-            ends_paths=True,
-        ),
-        FaultKind(
-            name='a second stack in the domain',
-            act='stack',
-            duration_s=0.0,
-            expected='the second is refused; the first continues',
-            report_pattern='another graph runs there',
-        ),
-        FaultKind(
-            name='a second publisher on /cmd_vel',
-            act='second',
-            amount=0.3,
-            expected='the robot obeys neither until one has ended',
-            report_pattern=rf'{ROBOT}.*nodes drive',
-        ),
-    ]
-
-
-KINDS: Final = (*_of_nodes(), *_of_messages(), *_of_leds(), *_of_sensors(), *_of_surroundings())
+KINDS: Final = (*_of_nodes(), *_of_messages(), *(FaultKind(**one) for one in _OTHERS))
 """All kinds, in the order of the table."""
 
 
