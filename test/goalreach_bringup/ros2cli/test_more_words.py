@@ -1,6 +1,7 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 import re
 import signal
@@ -9,12 +10,15 @@ import sys
 
 import pytest
 
+from goalreach_bringup.cli import main
+from goalreach_msgs_py.ros.dds_profile import PROFILE_VARIABLE, fast_dds_profile
 from graphs import fresh_domain, graph_environment
-from ros2_words import ROS2, ros2
+from ros2_words import ROS2
 
 pytestmark = pytest.mark.graph
 
 NODE = Path(__file__).with_name('graph_node.py')
+Words = Callable[..., tuple[int, str, str]]
 NODE_PARAMETERS = '/ns/talker:\n  ros__parameters:\n    speed: {speed}\n    loose: text\n'
 
 
@@ -33,6 +37,25 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     assert node.returncode == 0
 
 
+@pytest.fixture
+def ros2(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Words:
+    """Give a function that runs words in this process; see `ros2_words.ros2`."""
+
+    def run(environment: dict[str, str], *arguments: str, stdin: str = '') -> tuple[int, str, str]:
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        monkeypatch.setenv(PROFILE_VARIABLE, fast_dds_profile())  # as in the other tests
+        monkeypatch.setattr('sys.stdin', TextIOWrapper(BytesIO(stdin.encode())))
+        try:
+            status = main(['ros2', *arguments])
+        except SystemExit as end:
+            status = int(end.code or 0)
+        out, error = capfd.readouterr()
+        return status, out, error
+
+    return run
+
+
 def lines_of(environment: dict[str, str], count: int, *arguments: str) -> list[str]:
     """Return the first lines of a command that is then ended by Ctrl-C."""
     command = subprocess.Popen(
@@ -46,7 +69,7 @@ def lines_of(environment: dict[str, str], count: int, *arguments: str) -> list[s
     return lines
 
 
-def test_names_are_found_by_type_and_types_by_name(graph: dict[str, str]) -> None:
+def test_names_are_found_by_type_and_types_by_name(graph: dict[str, str], ros2: Words) -> None:
     assert ros2(graph, 'topic', 'find', 'std_msgs/msg/String') == (0, '/chatter\n/in\n', '')
     assert ros2(graph, 'topic', 'find', '-c', 'std_msgs/msg/String') == (0, '2\n', '')
     assert ros2(graph, 'topic', 'find', 'std_msgs/msg/Nope') == (0, '', '')
@@ -56,14 +79,14 @@ def test_names_are_found_by_type_and_types_by_name(graph: dict[str, str]) -> Non
     assert ros2(graph, 'service', 'type', '/ns/switch') == (0, 'std_srvs/srv/SetBool\n', '')
 
 
-def test_service_info_counts(graph: dict[str, str]) -> None:
+def test_service_info_counts(graph: dict[str, str], ros2: Words) -> None:
     expected = 'Type: std_srvs/srv/SetBool\nClients count: 0\nServices count: 1\n'
     assert ros2(graph, 'service', 'info', '/ns/switch') == (0, expected, '')
     refused = (1, '', "Unknown service '/nope'\n")
     assert ros2(graph, 'service', 'info', '/nope', '--spin-time', '0.5') == refused
 
 
-def test_events_of_a_service_are_shown(graph: dict[str, str]) -> None:
+def test_events_of_a_service_are_shown(graph: dict[str, str], ros2: Words) -> None:
     echo = subprocess.Popen(
         [*ROS2, 'service', 'echo', '/ns/switch', '--flow-style'],
         env=graph,
@@ -93,12 +116,12 @@ def test_events_of_a_service_are_shown(graph: dict[str, str]) -> None:
     assert re.fullmatch(first + second, text), text
 
 
-def test_echo_of_a_service_that_is_not_there(graph: dict[str, str]) -> None:
+def test_echo_of_a_service_that_is_not_there(graph: dict[str, str], ros2: Words) -> None:
     refused = (1, '', 'Could not load the type for the passed service\n')
     assert ros2(graph, 'service', 'echo', '/nope', '--spin-time', '0.5') == refused
 
 
-def test_bandwidth_and_delay(graph: dict[str, str]) -> None:
+def test_bandwidth_and_delay(graph: dict[str, str], ros2: Words) -> None:
     bandwidth = ''.join(lines_of(graph, 3, 'topic', 'bw', '/array', '-w', '5'))
     assert re.fullmatch(
         r'Subscribed to \[/array\]\n\d+\.\d\d KB/s from 5 messages\n'
@@ -116,7 +139,7 @@ def test_bandwidth_and_delay(graph: dict[str, str]) -> None:
     assert ros2(graph, 'topic', 'delay', '/chatter') == (1, '', 'msg does not have header\n')
 
 
-def test_filter_of_echo_and_hz(graph: dict[str, str]) -> None:
+def test_filter_of_echo_and_hz(graph: dict[str, str], ros2: Words) -> None:
     passing = ros2(graph, 'topic', 'echo', '--once', '/point', '--filter', 'm.x > 0.5')
     assert passing == (0, 'x: 1.0\ny: -2.5\nz: 1.0e-07\n---\n', '')
     field = ['--field', 'y', '--filter', 'm < 0']
@@ -133,13 +156,13 @@ def test_filter_of_echo_and_hz(graph: dict[str, str]) -> None:
     assert "argument --filter: 'm.' is not an expression" in error
 
 
-def test_flow_style_puts_lists_on_one_line(graph: dict[str, str]) -> None:
+def test_flow_style_puts_lists_on_one_line(graph: dict[str, str], ros2: Words) -> None:
     shown = ros2(graph, 'topic', 'echo', '--once', '/array', '-l', '2', '--flow-style')
     expected = "layout:\n  dim: []\n  data_offset: 0\ndata: [0.0, 1.0, '...']\n---\n"
     assert shown == (0, expected, '')
 
 
-def test_values_of_pub_come_from_standard_input(graph: dict[str, str]) -> None:
+def test_values_of_pub_come_from_standard_input(graph: dict[str, str], ros2: Words) -> None:
     arguments = ['topic', 'pub', '-1', '--stdin', '/in', 'std_msgs/msg/String']
     status, out, _ = ros2(graph, *arguments, stdin='data: from a file\n')
     assert status == 0
@@ -152,7 +175,7 @@ def test_values_of_pub_come_from_standard_input(graph: dict[str, str]) -> None:
 
 
 def test_parameters_are_described_loaded_and_deleted(
-    graph: dict[str, str], tmp_path: Path
+    graph: dict[str, str], ros2: Words, tmp_path: Path
 ) -> None:
     described = ros2(graph, 'param', 'describe', '/ns/talker', 'speed', 'loose', '--timeout', '9')
     expected = (
@@ -182,7 +205,7 @@ def test_parameters_are_described_loaded_and_deleted(
     'text', ['', '[', 'a: b', '/ns/talker: {}', '/**: {ros__parameters: {a: 1}}']
 )
 def test_what_is_no_parameter_file_is_one_line(
-    graph: dict[str, str], tmp_path: Path, text: str
+    graph: dict[str, str], ros2: Words, tmp_path: Path, text: str
 ) -> None:
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
@@ -194,7 +217,7 @@ def test_what_is_no_parameter_file_is_one_line(
     assert error.count('\n') == 1
 
 
-def test_time_out_of_an_absent_node(graph: dict[str, str]) -> None:
+def test_time_out_of_an_absent_node(graph: dict[str, str], ros2: Words) -> None:
     absent = ('/nobody', 'speed', '--timeout', '0')
     for verb in ('get', 'describe', 'delete'):
         assert ros2(graph, 'param', verb, *absent) == (1, '', 'Node not found\n')
