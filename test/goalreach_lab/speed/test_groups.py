@@ -25,7 +25,9 @@ def test_all_groups_are_tested() -> None:
 
 
 @pytest.mark.parametrize('name', ALONE)
-def test_rows_without_a_graph(name: str) -> None:
+def test_rows_without_a_graph(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('goalreach_lab.speed.driving._PATHS', 1)
+    monkeypatch.setattr('goalreach_lab.speed.driving._IRSIM_DRIVES', 2)
     rows = rows_of(name, BUDGET)
     assert rows
     assert all(row.ours > 0.0 for row in rows if 'growth' not in row.name)
