@@ -40,6 +40,7 @@ def test_without_the_web_library_a_run_is_possible(
 ) -> None:
     monkeypatch.setattr(auxiliary_processes, 'find_spec', lambda name: name != 'nicegui' or None)
     monkeypatch.setenv('ROS_DOMAIN_ID', '218')
+    monkeypatch.delenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE', raising=False)  # of the true prefix
     (tmp_path / 'scripts').mkdir()
     cures = []
     for prefix in (tmp_path / '.venv', tmp_path / 'elsewhere' / 'environment'):
