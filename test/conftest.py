@@ -2,12 +2,17 @@
 
 from pathlib import Path
 
+from hypothesis import HealthCheck, settings
 import numpy as np
 import pytest
 
 from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
+
+# No test judges by the wall clock: the machine may be busy.
+settings.register_profile('untimed', deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile('untimed')
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -210,6 +210,6 @@ def test_calibration_reduces_the_error_of_a_long_drive() -> None:
     untaught: list[float] = []
     for seed in range(1, 7):
         for calibrate, errors in ((True, taught), (False, untaught)):
-            steps = tracked(list(Drive(seed, calibrate=calibrate).run(1500)))
+            steps = tracked(list(Drive(seed, calibrate=calibrate).run(1100)))
             errors += [position_error_m(step) for step in steps[700:]]
     assert np.percentile(taught, 95) < np.percentile(untaught, 95)

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
+import rclpy
 
 from goalreach_bringup.ros2cli.main import COMMANDS, main
 
@@ -65,6 +68,14 @@ def test_wrong_words_end_with_status_2(
     assert 'error: ' in capsys.readouterr().err
 
 
+@pytest.fixture
+def _ended() -> Iterator[None]:
+    """End ROS where the end of the process would: a refused name of a node leaves that to it."""
+    yield
+    rclpy.try_shutdown()
+
+
+@pytest.mark.usefixtures('_ended')
 @pytest.mark.parametrize(
     ('arguments', 'line'),
     [
