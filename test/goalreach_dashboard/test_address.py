@@ -8,7 +8,7 @@ from goalreach_msgs_py.errors import GoalreachError
 
 def test_addresses_are_as_a_person_types_them() -> None:
     assert url('127.0.0.1', 8080) == 'http://127.0.0.1:8080/'
-    assert url('::1', 80, 'abc') == 'http://[::1]:80/?token=abc'
+    assert url('::1', 80, 'abc') == 'http://[::1]:80/#token=abc'
     assert is_loopback('localhost')
     assert not is_loopback('0.0.0.0')  # noqa: S104 - nothing is bound
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+import functools
 import http.client
 import math
 import os
@@ -18,18 +19,44 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 
+import axe
 from browser import require_browser
-from goalreach_dashboard.views.svg import degrees, metres
 from goalreach_lab.rigs.chromium import Page, open_page
 from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.pose_messages import estimate_from_raw
 from goalreach_msgs_py.ros.messaging import stamp_from_msg
 import graphs
 
+webdriver = pytest.importorskip('selenium.webdriver')
+ActionChains, Keys = webdriver.ActionChains, webdriver.Keys
 pytestmark = pytest.mark.graph
 
 _DEEP = QoSProfile(depth=500)
 _CERTAIN_M = 0.1
+_FOCUSED = """
+const each = document.activeElement, style = getComputedStyle(
+  each.type === 'radio' ? each.nextElementSibling : each);
+return [each.closest('[data-testid]')?.dataset.testid,
+  each === document.body
+    || (style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) >= 2)];
+"""
+_CONTRASTS = """
+const light = (colour) => {
+  const [r, g, b] = colour.match(/[\\d.]+/g).map(Number).map((c) => c / 255)
+    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+};
+const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+const style = getComputedStyle;
+const floor = document.querySelector('.floor');
+const behind = (each) => light(each.closest('.arena') ? style(floor).fill
+  : style(each.closest('.panel')).backgroundColor);
+const texts = [...document.querySelectorAll('.panel svg:not(.camera) text')]
+  .map((each) => ['text', each.textContent, ratio(light(style(each).fill), behind(each))]);
+const arrows = [...document.querySelectorAll('.arrow, .commanded')]
+  .map((each) => ['arrow', each.classList[0], ratio(light(style(each).stroke), behind(each))]);
+return [...texts, ...arrows];
+"""
 _WATCH = """
 window.seen = [];
 const text = (name) => document.querySelector(`[data-testid="${name}"]`).textContent;
@@ -46,12 +73,14 @@ class Run:
     Attributes:
         process: The launcher.
         url: The link that it printed.
+        printed: What it had printed by then.
         node: An onlooker in the graph.
         serve_until: Serves the onlooker.
     """
 
     process: subprocess.Popen[str]
     url: str
+    printed: list[str]
     node: Node
     serve_until: Callable[[Callable[[], bool], float], bool]
 
@@ -70,29 +99,35 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
         graphs.onlooker(domain) as (node, serve_until),
         graphs.goalreach(arguments, domain=domain, home=home) as process,
     ):
-        yield Run(process=process, url=_link(process), node=node, serve_until=serve_until)
+        url, printed = _link(process)
+        yield Run(process=process, url=url, printed=printed, node=node, serve_until=serve_until)
 
 
-def _link(process: subprocess.Popen[str]) -> str:
+def _link(process: subprocess.Popen[str]) -> tuple[str, list[str]]:
     assert process.stdout is not None
-    said = []
+    printed: list[str] = []
     for line in process.stdout:
-        said.append(line)
         found = re.search(r'live page: (http://\S+)', line)
         if found:
-            return found[1]
-    raise AssertionError(''.join(said))
+            return found[1], printed
+        printed.append(line)
+    raise AssertionError(''.join(printed))
 
 
 @pytest.fixture(scope='module')
 def page(run: Run) -> Iterator[Page]:
-    with open_page(run.url) as page:
+    with open_page(run.url, width=1366) as page:
         assert page.until(lambda: page.text('status') == 'driving'), page.text('status')
         yield page
 
 
-def test_the_token_leaves_the_address(page: Page) -> None:
+def test_the_token_leaves_the_address_and_is_in_no_cookie(page: Page) -> None:
     assert 'token' not in page.driver.current_url
+    assert page.driver.get_cookies() == []
+
+
+def test_the_link_comes_before_the_nodes(run: Run) -> None:
+    assert not any('is up' in line or line.startswith('path ') for line in run.printed)
 
 
 def test_the_robot_moves(page: Page) -> None:
@@ -118,7 +153,9 @@ def test_the_estimate_is_the_topics(run: Run, page: Page) -> None:
     assert len(compared) >= 5
     for stamp, *texts in compared:
         pose = poses[int(stamp)]
-        assert texts == [metres(pose.x_m), metres(pose.y_m), degrees(pose.heading_rad)]
+        shown = [float(text.rstrip(' m°')) for text in texts]
+        assert shown[:2] == pytest.approx([pose.x_m, pose.y_m], abs=0.00051)
+        assert shown[2] == pytest.approx(math.degrees(pose.heading_rad), abs=0.056)
 
 
 def test_pause_stops_it_and_resume_goes_on(page: Page) -> None:
@@ -134,45 +171,82 @@ def test_pause_stops_it_and_resume_goes_on(page: Page) -> None:
     assert page.until(lambda: page.text('sim-time') != stands[1])
 
 
-def test_place_puts_it_where_one_pressed(page: Page) -> None:
-    from selenium.webdriver import ActionChains
-
-    page.choose('speed-choice', '0.25×')
-    assert page.until(lambda: page.text('speed') == '0.25×')
-    page.find('place-switch').click()
-    body = page.driver.find_element('css selector', 'body')
-    assert page.until(lambda: 'placing' in body.get_attribute('class').split())
+def press(page: Page, x_cm: float, y_cm: float) -> Any:  # noqa: ANN401 - Selenium has no types
+    """Begin an action with a press on a point of the arena's picture."""
     arena = page.find('arena')
     x, y = page.driver.execute_script(
-        'const box = arguments[0].getBoundingClientRect();'
-        'const at = new DOMPoint(260, 108).matrixTransform(arguments[0].getScreenCTM());'
+        'const [arena, x, y] = arguments, box = arena.getBoundingClientRect();'
+        'const at = new DOMPoint(x, y).matrixTransform(arena.getScreenCTM());'
         'return [at.x - box.x - box.width / 2, at.y - box.y - box.height / 2];',
         arena,
+        x_cm,
+        y_cm,
     )
-    actions = ActionChains(page.driver).move_to_element_with_offset(arena, round(x), round(y))
-    actions.click_and_hold().move_by_offset(-60, 0).release().perform()
+    chains = ActionChains(page.driver)
+    return chains.move_to_element_with_offset(arena, round(x), round(y)).click_and_hold()
+
+
+def pose_fields(page: Page) -> list[float]:
+    names = ('place-x', 'place-y', 'place-heading')
+    return [float(page.find(name).get_property('value')) for name in names]
+
+
+def test_one_step_is_one_image(page: Page) -> None:
+    assert not page.find('step').is_enabled()
+    page.find('pause').click()
+    assert page.until(lambda: page.text('status') == 'paused')
+    before = page.text('sim-time')
+    for _ in range(3):
+        page.find('step').click()
+        assert page.until(lambda: page.text('answer') == 'advanced by one image')
+        page.driver.execute_script('document.querySelector("[data-testid=answer]").textContent=""')
+    seconds = [float(text.removesuffix(' s')) for text in (before, page.text('sim-time'))]
+    assert page.until(lambda: float(page.text('sim-time').removesuffix(' s')) > seconds[0])
+    assert float(page.text('sim-time').removesuffix(' s')) - seconds[0] < 0.3
+    assert page.text('status') == 'paused'
+
+
+def test_placing_while_paused_is_shown_at_once(page: Page) -> None:
+    """And while one drags, a preview shows the pose that the form holds."""
+    assert page.text('status') == 'paused'
+    page.find('place-switch').click()
+    assert page.until(page.find('pose-form').is_displayed)
+    assert pose_fields(page) == [1.78, 2.54, -90.0]
+    press(page, 260, 108).move_by_offset(-60, 0).perform()
+    assert page.find('preview').get_attribute('visibility') == 'visible'
+    assert pose_fields(page) == pytest.approx([2.60, 4.00, 180.0], abs=0.03)
+    ActionChains(page.driver).release().perform()
     assert page.until(lambda: page.text('answer').startswith('at '))
-    numbers = [float(n) for n in re.findall(r'-?\d+\.\d+', page.text('answer'))]
-    assert numbers == pytest.approx([2.60, 4.00, math.pi], abs=0.03)
-    assert page.until(lambda: abs(page.metres('truth-x') - numbers[0]) < 0.3)
-    assert abs(page.metres('truth-y') - numbers[1]) < 0.3
-    page.choose('speed-choice', '1×')
-    assert page.until(lambda: page.text('speed') == '1×')
+    assert re.fullmatch(r'at 2\.\d\d m, \d\.\d\d m, 180°', page.text('answer'))
+    assert page.until(lambda: abs(page.metres('truth-x') - 2.60) < 0.03)
+    assert page.text('truth-heading') == '180.0°'
+    assert page.text('status') == 'paused'
+    assert not page.find('pose-form').is_displayed()
+    assert page.find('preview').get_attribute('visibility') == 'hidden'
+    page.find('pause').click()
+    assert page.until(lambda: page.text('status') == 'driving')
+
+
+def test_escape_leaves_placing_and_places_nothing(page: Page) -> None:
+    page.find('place-switch').click()
+    press(page, 100, 108).perform()
+    answer = page.text('answer')
+    ActionChains(page.driver).send_keys(Keys.ESCAPE).release().perform()
+    assert not page.find('pose-form').is_displayed()
+    assert page.find('preview').get_attribute('visibility') == 'hidden'
+    assert page.text('answer') == answer
 
 
 def test_what_makes_no_sense_is_refused(page: Page) -> None:
-    from selenium.webdriver.common.keys import Keys
-
+    """The browser checks the range of a field; the page checks the rest."""
     page.find('place-switch').click()
     field = page.find('place-x')
     assert page.until(field.is_displayed)
     field.send_keys(Keys.CONTROL, 'a')
-    field.send_keys('99')
-    page.find('place-button').click()
+    field.send_keys('0.05', Keys.ENTER)
     assert page.until(lambda: page.text('answer').startswith('refused: '))
     assert 'on the free floor' in page.text('answer')
-    assert page.metres('truth-x') < 4.0
-    page.find('place-switch').click()
+    ActionChains(page.driver).send_keys(Keys.ESCAPE).perform()
 
 
 def test_modes_are_chosen_and_shown(page: Page) -> None:
@@ -181,6 +255,8 @@ def test_modes_are_chosen_and_shown(page: Page) -> None:
     assert page.until(lambda: page.text('decision-note').startswith('crisp'))
     page.choose('mode-choice', 'fuzzy')
     assert page.until(lambda: page.text('mode') == 'fuzzy')
+    page.choose('speed-choice', '4×')
+    assert page.until(lambda: page.text('speed') == '4×')
 
 
 @pytest.mark.parametrize('preset', ['harsh', 'nominal'])
@@ -194,35 +270,213 @@ def test_noise_is_chosen_while_it_runs(run: Run, page: Page, preset: str) -> Non
     )
 
 
-def test_q_values_are_shown_on_request(page: Page) -> None:
-    charts = page.find('q-charts')
-    assert charts.value_of_css_property('display') == 'none'
-    page.find('q-values').click()
-    assert page.until(lambda: charts.value_of_css_property('display') != 'none')
-    page.find('q-values').click()
+def test_angles_have_one_sign_convention_and_zero_no_sign(page: Page) -> None:
+    shown = page.driver.execute_script('return document.querySelector("main").textContent')
+    angles = [float(text) for text in re.findall(r'(-?\d+(?:\.\d+)?)°', shown)]
+    assert len(angles) > 20
+    assert all(-180.0 < angle <= 180.0 for angle in angles)
+    assert re.findall(r'-0(?:\.0+)?(?![.\d])', shown) == []
 
 
-def test_every_control_is_reached_by_the_keyboard(page: Page) -> None:
-    from selenium.webdriver.common.keys import Keys
+def test_every_figure_is_explained(page: Page) -> None:
+    """On hover and on focus, with a link that the keyboard reaches, in words of help.html."""
+    terms = page.driver.find_elements('css selector', 'button.term')
+    assert len(terms) >= 25
+    tip = page.find('tip')
+    for term in terms:
+        page.driver.execute_script('arguments[0].focus()', term)
+        key = term.get_attribute('data-term')
+        assert page.until(functools.partial(explains, page, key)), key
+        assert len(tip.text) > 30, key
+    ActionChains(page.driver).send_keys(Keys.TAB).perform()
+    link = page.driver.switch_to.active_element
+    assert link.get_attribute('href').startswith(f'http://127.0.0.1:{page_port(page)}/help.html#')
+    ActionChains(page.driver).send_keys(Keys.ESCAPE).perform()
+    assert not tip.is_displayed()
+    ActionChains(page.driver).move_to_element(
+        page.driver.find_elements('css selector', 'dt .term')[0]
+    ).perform()
+    assert page.until(tip.is_displayed)
+    ActionChains(page.driver).move_to_element(page.find('curve')).perform()
+    assert page.until(lambda: not tip.is_displayed())
 
-    page.driver.execute_script('document.activeElement.blur(); window.scrollTo(0, 0);')
-    reached = set()
-    for _ in range(30):
-        page.driver.switch_to.active_element.send_keys(Keys.TAB)
-        reached.add(
-            page.driver.execute_script(
-                'return document.activeElement.closest("[data-testid]")?.dataset.testid'
-            )
+
+def explains(page: Page, key: str) -> bool:
+    return page.find('tip').is_displayed() and f'#{key}"' in page.find('tip').get_property(
+        'innerHTML'
+    )
+
+
+def page_port(page: Page) -> str:
+    return str(page.driver.execute_script('return location.port'))
+
+
+def test_pictures_are_described_and_announced_only_when_asked(page: Page) -> None:
+    for picture in page.driver.find_elements('css selector', 'main > * svg[role=img]'):
+        described = picture.get_attribute('aria-describedby')
+        words = page.driver.execute_script(
+            'return document.getElementById(arguments[0])', described
         )
-    wanted = {'pause', 'place-switch', 'mode-choice', 'speed-choice', 'q-values', 'theme'}
+        assert words.get_property('textContent'), described
+        live = page.driver.execute_script(
+            'return arguments[0].closest("[role=status], [aria-live]")', words
+        )
+        assert live is None
+    assert 'The robot is at' in page.text('say-arena')
+    assert page.text('description') == ''
+    page.find('describe').click()
+    assert 'The robot is at' in page.text('description')
+
+
+def test_the_error_is_drawn_with_its_band(page: Page) -> None:
+    assert page.until(
+        lambda: (page.find('error-line').get_attribute('points') or '').count(',') > 5
+    )
+    assert (page.find('error-band').get_attribute('d') or '').count('L') > 5
+
+
+def test_q_values_are_a_heat_map(page: Page) -> None:
+    rows = page.find('q-table').find_elements('css selector', 'tbody tr')
+    assert len(rows) == 8  # the goal has none
+    values = [
+        [float(cell.text) for cell in row.find_elements('css selector', 'td')] for row in rows
+    ]
+    assert {len(row) for row in values} == {8}
+    best = [row.find_elements('css selector', 'td.best') for row in rows]
+    assert [float(first.text) for first, *_ in best] == [max(row) for row in values]
+    assert page.find('q-table').find_elements('css selector', '.plus-9')
+
+
+def test_settings_are_kept_over_a_reload(page: Page) -> None:
+    page.choose('theme', 'dark')
+    page.find('q-values').click()
+    page.driver.refresh()
+    assert page.until(lambda: page.text('status') == 'driving')
+    assert page.find('q-values').is_selected()
+    assert page.find('q-charts').value_of_css_property('display') != 'none'
+    assert page.driver.execute_script('return document.documentElement.dataset.theme') == 'dark'
+    assert page.find('pause').is_displayed()  # it still steers
+    page.find('q-values').click()
+    page.choose('theme', 'auto')
+
+
+def test_the_whole_page_is_used_by_the_keyboard_alone(page: Page) -> None:
+    """Every control is reached by Tab and shows it; the commonest have keys."""
+    page.driver.execute_script('document.activeElement.blur(); window.scrollTo(0, 0);')
+    reached, unseen = set(), set()
+    for _ in range(90):
+        page.driver.switch_to.active_element.send_keys(Keys.TAB)
+        name, outlined = page.driver.execute_script(_FOCUSED)
+        reached.add(name)
+        unseen |= set() if outlined else {name}
+    wanted = {'pause', 'place-switch', 'record', 'mode-choice', 'speed-choice', 'noise-choice'}
+    wanted |= {'theme', 'q-values', 'describe', 'keys', 'run-summary', 'replay', 'save-json'}
     assert wanted <= reached
+    assert unseen == set()
+    body = page.driver.find_element('css selector', 'body')
+    page.driver.execute_script('document.activeElement.blur()')
+    body.send_keys(' ')
+    assert page.until(lambda: page.text('status') == 'paused')
+    time_before = page.text('sim-time')
+    for _ in range(4):
+        body.send_keys('s')
+    assert page.until(lambda: page.text('sim-time') != time_before)
+    body.send_keys('?')
+    assert page.until(page.find('keys-dialog').is_displayed)
+    ActionChains(page.driver).send_keys(Keys.ESCAPE).perform()
+    assert not page.find('keys-dialog').is_displayed()
+    page.find('place-switch').send_keys(Keys.ENTER)
+    page.find('place-x').send_keys(Keys.CONTROL, 'a')
+    page.find('place-x').send_keys('1.2', Keys.ENTER)
+    assert page.until(lambda: page.text('answer').startswith('at 1.20 m'))
+    radio = page.find('mode-choice').find_element('css selector', 'input:checked')
+    radio.send_keys(Keys.ARROW_LEFT)
+    assert page.until(lambda: page.text('mode') == 'crisp')
+    radio = page.find('mode-choice').find_element('css selector', 'input:checked')
+    radio.send_keys(Keys.ARROW_RIGHT)
+    assert page.until(lambda: page.text('mode') == 'fuzzy')
+    page.driver.execute_script('document.activeElement.blur()')
+    body.send_keys(' ')
+    assert page.until(lambda: page.text('status') == 'driving')
+
+
+@pytest.mark.parametrize('width', [1366, 820, 390])
+def test_axe_finds_nothing(page: Page, width: int) -> None:
+    """Where it asks for a review, it could not compute a contrast: see the next test."""
+    page.driver.execute_script(
+        'for (const each of document.querySelectorAll("details")) each.open = true'
+    )
+    try:
+        for scheme in ('light', 'dark', 'forced'):
+            axe.emulate(page, width=width, scheme=scheme)
+            found = axe.check(page)
+            assert found['violations'] == [], (width, scheme)
+            doubts = {text.partition(':')[0] for text in found['incomplete']}
+            assert doubts <= {'color-contrast'}, (width, scheme)
+            wide = page.driver.execute_script(
+                'return document.documentElement.scrollWidth - innerWidth'
+            )
+            assert wide <= 0, (width, scheme)
+    finally:
+        axe.emulate(page, width=1366, scheme='light')
+
+
+@pytest.mark.parametrize('scheme', ['light', 'dark'])
+def test_texts_and_arrows_of_the_pictures_stand_out(page: Page, scheme: str) -> None:
+    """What axe-core leaves to a review: texts on drawings, 4.5 to 1, and arrows, 3 to 1."""
+    axe.emulate(page, width=1366, scheme=scheme)
+    try:
+        for kind, text, ratio in page.driver.execute_script(_CONTRASTS):
+            assert ratio >= (4.5 if kind == 'text' else 3.0), (kind, text)
+    finally:
+        axe.emulate(page, width=1366, scheme='light')
+
+
+def test_pause_is_in_reach_on_a_phone(page: Page) -> None:
+    axe.emulate(page, width=390, scheme='light')
+    try:
+        for place in ('0', 'document.body.scrollHeight'):
+            page.driver.execute_script(f'window.scrollTo(0, {place})')
+            box = page.find('pause').rect
+            top = page.driver.execute_script('return scrollY')
+            assert top <= box['y'] <= top + 800 - box['height']
+            assert box['height'] >= 24
+    finally:
+        axe.emulate(page, width=1366, scheme='light')
+
+
+def test_reduced_motion_is_meant(page: Page) -> None:
+    """Two frames a second instead of twenty."""
+    calm = {'features': [{'name': 'prefers-reduced-motion', 'value': 'reduce'}]}
+    page.driver.execute_cdp_cmd('Emulation.setEmulatedMedia', calm)
+    page.count_frames()
+    assert page.until(lambda: page.frames() >= 4)
+    assert page.frames_per_s() < 5.0
+    page.driver.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': []})
+
+
+def test_the_first_load_is_small(page: Page) -> None:
+    page.driver.refresh()
+    assert page.until(lambda: page.text('status') == 'driving')
+    loaded = page.driver.execute_script(
+        'return performance.getEntries().filter((e) => e.encodedBodySize)'
+        '.map((e) => e.encodedBodySize).reduce((a, b) => a + b)'
+    )
+    assert 30_000 < loaded < 350_000
 
 
 def test_without_the_token_the_page_is_read_only(run: Run) -> None:
     with open_page(f'http://127.0.0.1:{run.port}/') as other:
         assert other.until(lambda: other.text('status') == 'driving')
-        assert other.has('read-only')
-        assert not other.has('pause')
+        assert other.find('read-only').is_displayed()
+        assert not other.find('pause').is_displayed()
+        # Whoever shows the controls by force is refused by the server.
+        other.driver.execute_script(
+            'const all = document.querySelector("[data-testid=steering]");'
+            'all.hidden = all.disabled = false'
+        )
+        other.find('pause').click()
+        assert not other.until(lambda: other.text('status') == 'paused', 1.0)
         assert other.errors() == []
 
 
@@ -244,8 +498,7 @@ def test_websockets_of_other_origins_are_refused(
         'Sec-WebSocket-Version': '13',
         'Sec-WebSocket-Key': 'AAAAAAAAAAAAAAAAAAAAAA==',
     }
-    path = '/_nicegui_ws/socket.io/?EIO=4&transport=websocket'
-    connection.request('GET', path, headers={**upgrade, **headers})
+    connection.request('GET', '/live', headers={**upgrade, **headers})
     answer = connection.getresponse()
     connection.close()
     assert answer.status == status
@@ -281,3 +534,20 @@ def test_a_killed_node_turns_red(run: Run, page: Page) -> None:
     assert red
     assert 'silent' in page.text('status')
     assert page.until(lambda: page.text('status') == 'driving', 30.0)
+
+
+def test_a_killed_launcher_ends_the_run_on_the_page(run: Run, page: Page) -> None:
+    run.process.kill()
+    assert page.until(lambda: page.text('status') == 'run ended')
+    assert_ended(page)
+    assert 'its launcher ended' in page.text('paths-note')
+
+
+def assert_ended(page: Page) -> None:
+    """What an ended run looks like: grey, still, without controls, with its summary."""
+    nodes = page.find('nodes').find_elements('css selector', 'li')
+    assert {node.get_attribute('class') for node in nodes} == {'node ended'}
+    assert 'grayscale' in page.find('nodes').value_of_css_property('filter')
+    for name in ('pause', 'step', 'place-switch'):
+        assert not page.find(name).is_enabled(), name
+    assert page.find('save-csv').is_enabled() == bool(page.text('paths-rows'))

@@ -8,7 +8,6 @@ from goalreach_dashboard.placement import (
     checked_choice,
     checked_pose,
     checked_speed,
-    dragged_pose,
 )
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.arena import Arena
@@ -23,26 +22,20 @@ _anything = st.recursive(
 )
 
 
-def test_a_press_places_facing_the_goal_wall() -> None:
-    """The arena is 508 cm long; the picture's y is measured from the far wall."""
-    pose = dragged_pose({'x': 100, 'y': 108, 'dx': 2, 'dy': 1}, ARENA)
-    assert (pose.x_m, pose.y_m) == (1.0, 4.0)
-    assert pose.heading_rad == -math.pi / 2
-
-
 @pytest.mark.parametrize(
-    ('dx', 'dy', 'heading_rad'),
-    [(50, 0, 0.0), (0, -50, math.pi / 2), (-50, 0, math.pi), (30, 30, -math.pi / 4)],
+    ('heading_deg', 'heading_rad'),
+    [(-90, -math.pi / 2), (-180, math.pi), (270, -math.pi / 2), (45.0, math.pi / 4)],
 )
-def test_a_drag_sets_the_heading(dx: float, dy: float, heading_rad: float) -> None:
-    pose = dragged_pose({'x': 100, 'y': 108, 'dx': dx, 'dy': dy}, ARENA)
+def test_a_pose_is_given_in_metres_and_degrees(heading_deg: float, heading_rad: float) -> None:
+    pose = checked_pose([1, 4.0, heading_deg], ARENA)
+    assert (pose.x_m, pose.y_m) == (1.0, 4.0)
     assert pose.heading_rad == pytest.approx(heading_rad)
 
 
 @given(_anything)
 def test_whatever_a_browser_sends_is_refused_or_a_pose_on_the_floor(sent: object) -> None:
     try:
-        pose = dragged_pose(sent, ARENA)
+        pose = checked_pose(sent, ARENA)
     except ConfigurationError:
         return
     assert ARENA.is_free(pose.x_m, pose.y_m)
@@ -69,4 +62,4 @@ def test_names_must_be_known() -> None:
 
 def test_a_place_in_the_wall_is_refused() -> None:
     with pytest.raises(ConfigurationError, match='on the free floor'):
-        checked_pose(0.1, 2.0, 0.0, ARENA)
+        checked_pose([0.1, 2.0, 0.0], ARENA)

@@ -32,7 +32,6 @@ PURE = {'goalreach_msgs_py', 'goalreach_sim', 'goalreach_perception', 'goalreach
 ROSDEP_KEYS = {
     'argcomplete': 'python3-argcomplete',
     'cv2': 'python3-opencv',
-    'jinja2': 'python3-jinja2',
     'matplotlib': 'python3-matplotlib',
     'numpy': 'python3-numpy',
     'rich': 'python3-rich',
@@ -41,9 +40,8 @@ ROSDEP_KEYS = {
 }
 # Without such a key, or only in an extra: pyproject.toml alone names them.
 PIP_ONLY = {
-    'aiohttp', 'atheris', 'distributed', 'fastapi', 'filterpy', 'gymnasium', 'irsim', 'mcap',
-    'nicegui', 'rosbags', 'selenium', 'socketio', 'stable_baselines3', 'starlette', 'torch',
-    'uvicorn', 'zstandard',
+    'atheris', 'distributed', 'filterpy', 'gymnasium', 'irsim', 'mcap', 'rosbags', 'selenium',
+    'stable_baselines3', 'starlette', 'torch', 'uvicorn', 'websockets', 'zstandard',
 }  # fmt: skip
 
 IO_MODULES = {

@@ -70,7 +70,7 @@ class Page:
 
     def choose(self, name: str, label: str) -> None:
         """Press the button with a label in a group."""
-        buttons = self.find(name).find_elements('css selector', 'button')
+        buttons = self.find(name).find_elements('css selector', 'label')
         next(button for button in buttons if button.text == label).click()
 
     def until(self, condition: Callable[[], object], limit_s: float = 40.0) -> bool:

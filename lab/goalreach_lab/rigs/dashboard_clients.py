@@ -7,19 +7,14 @@ measured apart from that of browsers on the same machine.
 
 import asyncio
 from collections.abc import Iterator
-from contextlib import contextmanager
-import re
+from contextlib import contextmanager, suppress
+import json
 import threading
-from typing import Any, Final
-from urllib.parse import urlencode, urlsplit
-import uuid
+from typing import Final
+from urllib.parse import urlsplit
 
 from goalreach_msgs_py.errors import GoalreachError
 
-_CLIENT: Final = re.compile(r"'client_id': '([^']+)'")
-_LIVE: Final = re.compile(r'"(\d+)":\{"tag":"nicegui-live"')
-_NEXT: Final = re.compile(r'"listener_id":"([^"]+)","type":"next"')
-_SOCKET: Final = '_nicegui_ws/socket.io'
 _UP_S: Final = 30.0
 
 
@@ -32,58 +27,42 @@ class DashboardClient:
 
     def __init__(self) -> None:
         """Prepare; nothing is opened yet."""
-        import socketio
-
         self.frames = 0
-        self._socket = socketio.AsyncClient(reconnection=False)
-        self._event: dict[str, Any] = {}
+        self._following: asyncio.Task[None] | None = None
 
     async def open(self, url: str) -> None:
-        """Load the page and connect to it.
+        """Connect to the page, without its token.
 
         Raises:
             GoalreachError: It is not a live page.
         """
-        import aiohttp
+        from websockets.asyncio.client import connect
+        from websockets.exceptions import WebSocketException
 
-        async with aiohttp.ClientSession() as session, session.get(url) as answer:
-            text = await answer.text()
-        found = [pattern.search(text) for pattern in (_CLIENT, _LIVE, _NEXT)]
-        client, live, listener = (match[1] if match else '' for match in found)
-        if not (client and live and listener):
-            raise GoalreachError(f'{url}: is not a live page')
-        self._event = {'id': int(live), 'client_id': client, 'listener_id': listener}
-        self._socket.on('run_javascript', self._on_script)
-        query = {
-            'client_id': client,
-            'next_message_id': 0,
-            'implicit_handshake': 'true',
-            'tab_id': str(uuid.uuid4()),
-            'document_id': str(uuid.uuid4()),
-        }
-        parts = urlsplit(url)
-        origin = f'{parts.scheme}://{parts.netloc}'
-        await self._socket.connect(
-            f'{origin}/?{urlencode(query)}',
-            headers={'Origin': origin},
-            transports=['websocket'],
-            socketio_path=_SOCKET,
-            wait_timeout=_UP_S,
-        )
-        await self._ask(everything=True)
+        address = urlsplit(url).netloc
+        try:
+            self._socket = await connect(f'ws://{address}/live', origin=f'http://{address}')  # type: ignore[arg-type] # a text
+            await self._socket.send('{"token": null}')
+            await self._socket.recv()
+        except (OSError, WebSocketException) as error:
+            raise GoalreachError(f'{url}: is not a live page: {error}') from None
+        self._following = asyncio.create_task(self._follow())
 
-    async def _ask(self, *, everything: bool) -> None:
-        answer = ['true' if everything else 'false']
-        await self._socket.emit('event', {**self._event, 'args': answer})
+    async def _follow(self) -> None:
+        from websockets.exceptions import ConnectionClosed
 
-    async def _on_script(self, message: dict[str, Any]) -> None:
-        if '"apply"' in message.get('code', '') and self._socket.connected:
-            self.frames += 1
-            await self._ask(everything=False)
+        with suppress(ConnectionClosed):
+            await self._socket.send('{"next": true}')
+            async for message in self._socket:
+                if 'show' in json.loads(message):
+                    self.frames += 1
+                    await self._socket.send('{"next": false}')
 
     async def close(self) -> None:
         """Disconnect."""
-        await self._socket.disconnect()
+        if self._following is not None:
+            await self._socket.close()
+            await self._following
 
 
 @contextmanager

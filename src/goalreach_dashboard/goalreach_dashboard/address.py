@@ -1,4 +1,4 @@
-"""Address of the live page: the socket it listens on, its URL, and where its token travels."""
+"""Address of the live page: its socket, its URL, and how it and a launcher reach each other."""
 
 import socket
 from typing import Final
@@ -8,6 +8,8 @@ from goalreach_msgs_py.errors import GoalreachError
 DEFAULT_PORT: Final = 8080
 TOKEN_VARIABLE: Final = 'GOALREACH_DASHBOARD_TOKEN'  # noqa: S105 - the name of a variable
 """Environment variable that holds the token: every user can read the command lines of others."""
+REQUEST: Final = 'page: '
+"""Begins each line of the page's log that is for the launcher; a JSON object follows."""
 _PORTS_TRIED: Final = 20
 _LOOPBACK: Final = ('127.0.0.1', 'localhost', '::1')
 
@@ -45,7 +47,7 @@ def bind(host: str, port: int | None) -> socket.socket:
 
 
 def url(host: str, port: int, token: str | None = None) -> str:
-    """Return the URL of the page, with the token where there is one."""
+    """Return the URL of the page; browsers send the token, its fragment, to nobody."""
     name = f'[{host}]' if ':' in host else host
-    query = f'?token={token}' if token else ''
-    return f'http://{name}:{port}/{query}'
+    fragment = f'#token={token}' if token else ''
+    return f'http://{name}:{port}/{fragment}'

@@ -67,6 +67,7 @@ class PoseHistory:
         odometry: Pose by the encoders in `map`, or None.
         trail: True path since the robot was placed.
         estimate_trail: Estimated path since then.
+        last_trail: Text of the true path before that, empty where there was none.
     """
 
     def __init__(self, length_m: float) -> None:
@@ -80,12 +81,14 @@ class PoseHistory:
         self.odometry: Pose2 | None = None
         self.trail = Trail(length_m)
         self.estimate_trail = Trail(length_m)
+        self.last_trail = ''
         self._truths: OrderedDict[int, Pose2] = OrderedDict()
         self._anchor: tuple[Pose2, Pose2] | None = None
 
     def add_truth(self, stamp_ns: int, pose: Pose2) -> None:
         """Add the true pose of a stamp; a jump starts new trails."""
         if self.truth is not None and self._has_jumped(self.truth, stamp_ns, pose):
+            self.last_trail = self.trail.text
             self.trail.clear()
             self.estimate_trail.clear()
             self._truths.clear()

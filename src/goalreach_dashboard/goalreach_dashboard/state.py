@@ -20,6 +20,7 @@ from goalreach_msgs_py.values import (
     HeadAngles,
     LandmarkObservation,
     PathOutcome,
+    Pose2,
     PoseEstimate,
     RegionState,
     Transition,
@@ -31,6 +32,8 @@ WINDOW: Final = 22
 _MAX_CURVE_POINTS: Final = 600
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
 _PAUSE_TOLERANCE_NS: Final = 200_000_000
+_MAX_EVENTS: Final = 1000
+"""Of a run without end the page lists the last paths. Chosen."""
 _TRUSTED_SIGMA_M: Final = StateEstimatorConfig().max_position_sigma_m
 TOPICS_OF: Final = {
     ROBOT: (topics.CLOCK, topics.GROUND_TRUTH),
@@ -61,8 +64,8 @@ class PathStatistics:
         self.curve: list[tuple[int, float]] = []
         self._recent: deque[bool] = deque(maxlen=WINDOW)
 
-    def add(self, transition: Transition, *, in_goal: bool | None) -> None:
-        """Add a finished action.
+    def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
+        """Add a finished action; return the outcome of the path that it ends.
 
         Args:
             transition: The action.
@@ -70,7 +73,7 @@ class PathStatistics:
         """
         self.last = transition
         if transition.outcome is None:
-            return
+            return None
         outcome = transition.outcome.value
         if transition.outcome is PathOutcome.GOAL and in_goal is False:
             outcome = 'false-goal'
@@ -82,6 +85,7 @@ class PathStatistics:
         self.curve.append((number, sum(self._recent) / len(self._recent)))
         if len(self.curve) > _MAX_CURVE_POINTS:
             self.curve = self.curve[::2]
+        return outcome
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,6 +126,10 @@ class PageState:
         clock_ns: Time of the graph's clock.
         parameters: Polled parameters by node.
         paused_ns: Time of the clock when this page paused the simulation, or None.
+        ended: Whether the run that started the page has ended.
+        bag: Folder of the bag recorded last, empty where there is none.
+        events: What happened in the run, by ascending number: the first describes the run, then
+            the last 1000 finished paths, recordings, and the end.
     """
 
     arena: Arena
@@ -140,9 +148,27 @@ class PageState:
         default_factory=lambda: {name: {} for name in NODES}
     )
     paused_ns: int | None = None
+    ended: bool = False
+    bag: str = ''
+    events: dict[int, Mapping[str, Any]] = field(default_factory=dict)
+    _event_number: int = 0
+    _is_reported: bool = False
 
     def __post_init__(self) -> None:
         self.poses = PoseHistory(self.arena.length_m)
+
+    def add_event(self, event: Mapping[str, Any]) -> None:
+        """Add what the launcher reports; the beginning of a run discards the one before."""
+        if event['event'] == 'begin':
+            number = self._event_number
+            vars(self).update(vars(PageState(arena=self.arena)))
+            self._event_number, self._is_reported = number, True
+        self.ended = self.ended or event['event'] == 'end'
+        self.bag = event.get('bag', self.bag)
+        self._event_number += 1
+        self.events[self._event_number] = event
+        if len(self.events) > _MAX_EVENTS:
+            del self.events[sorted(self.events)[1]]
 
     def restart(self) -> None:
         """Discard poses and rates, which have a gap after a time without viewers."""
@@ -167,7 +193,15 @@ class PageState:
         if truth is not None:
             regions = self.arena.regions
             in_goal = regions.region_at(truth.x_m, truth.y_m) == regions.goal
-        self.paths.add(transition, in_goal=in_goal)
+        outcome = self.paths.add(transition, in_goal=in_goal)
+        if outcome is not None and not self._is_reported:
+            path = {'number': transition.path + 1, 'outcome': outcome, 'end_s': stamp_ns * 1e-9}
+            self.add_event({'event': 'path', **path})
+
+    def place(self, pose: Pose2) -> None:
+        """Show the robot where it was placed: while paused it publishes no pose."""
+        self.poses = PoseHistory(self.arena.length_m)
+        self.poses.truth = pose
 
     def set_q_table(self, q: FloatArray) -> None:
         """Set the Q-values; an action whose value is not exactly zero counts as tried."""

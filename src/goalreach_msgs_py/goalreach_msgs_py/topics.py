@@ -26,6 +26,7 @@ DIAGNOSTICS: Final = '/diagnostics'
 
 RESET_SERVICE: Final = '/nomad200/reset'
 PAUSE_SERVICE: Final = '/nomad200/pause'
+STEP_SERVICE: Final = '/nomad200/step'
 
 MAP_FRAME: Final = 'map'
 ODOM_FRAME: Final = 'odom'

@@ -44,7 +44,8 @@ class Nomad200Node(Node):
     once (latched); `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and the acknowledgements of each node in the parameter
     `consumers` (see `AcknowledgementGate`).
-    Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`.
+    Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`,
+    `/nomad200/step` (one tick, while paused).
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
     `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
     A change of the noise replaces the robot by one with newly drawn errors.
@@ -77,6 +78,7 @@ class Nomad200Node(Node):
         self._subscribe(JointState, topics.HEAD_COMMAND, head_from_raw, self._turn_head)
         self.create_service(Trigger, topics.RESET_SERVICE, self._on_reset)
         self.create_service(SetBool, topics.PAUSE_SERVICE, self._on_pause)
+        self.create_service(Trigger, topics.STEP_SERVICE, self._on_step)
         self._tick_clock = self._start_clock(timing)
 
     def _start_clock(self, timing: TimeConfig) -> LockstepClock | RealtimeClock:
@@ -175,6 +177,11 @@ class Nomad200Node(Node):
         response.success = True
         response.message = 'paused' if request.data else 'running'
         self.get_logger().info(response.message)
+        return response
+
+    def _on_step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._tick_clock.step()
+        response.message = 'advanced' if response.success else 'not paused, or not answered yet'
         return response
 
 

@@ -38,7 +38,7 @@ def test_what_is_wrong_is_named_and_sets_the_status(
 def test_without_the_web_library_a_run_is_possible(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(auxiliary_processes, 'find_spec', lambda name: name != 'nicegui' or None)
+    monkeypatch.setattr(auxiliary_processes, 'find_spec', lambda name: name != 'starlette' or None)
     monkeypatch.setenv('ROS_DOMAIN_ID', '218')
     monkeypatch.delenv('_ROS_WHEELS_BOOTSTRAP_COMPLETE', raising=False)  # of the true prefix
     (tmp_path / 'scripts').mkdir()
@@ -47,7 +47,7 @@ def test_without_the_web_library_a_run_is_possible(
         monkeypatch.setattr(sys, 'prefix', str(prefix))
         (tmp_path / 'scripts' / 'dashboard.py').touch()
         assert main(['doctor']) == 0
-        (line,) = (x for x in capsys.readouterr().out.splitlines() if 'nicegui' in x)
+        (line,) = (x for x in capsys.readouterr().out.splitlines() if 'starlette' in x)
         assert line.startswith('warn   live page')
         with pytest.raises(GoalreachError, match=line[22:]):
             auxiliary_processes.is_page_wanted(requested=True, clock='realtime')
@@ -57,7 +57,7 @@ def test_without_the_web_library_a_run_is_possible(
 
     assert cures == [
         f'python3 {tmp_path}/scripts/dashboard.py',
-        f'{sys.executable} -m pip install nicegui',
+        f'{sys.executable} -m pip install starlette',
     ]
 
 

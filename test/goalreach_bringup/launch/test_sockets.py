@@ -11,7 +11,7 @@ from goalreach_lab.rigs.processes import Holdings, holdings_of, processes_with
 import graphs
 from listeners import Listener, listeners_of
 
-PAGE = find_spec('nicegui') is not None
+PAGE = find_spec('starlette') is not None
 COMMAND = ['run', '--clock', 'lockstep', '--start', '1.8,4.4,-90'] + ['--dashboard'] * PAGE
 
 

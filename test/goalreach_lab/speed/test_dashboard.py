@@ -8,7 +8,7 @@ from goalreach_lab.cli import main
 from goalreach_lab.speed.dashboard import Options, execute
 import graphs
 
-pytest.importorskip('nicegui')
+pytest.importorskip('starlette')
 
 
 @pytest.mark.graph

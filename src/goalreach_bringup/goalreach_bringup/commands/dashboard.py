@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 import os
+from pathlib import Path
 import secrets
+import socket
 
 from goalreach_evaluation.choices import arena_option
-from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.options import CommandOptions, option
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
@@ -27,7 +28,8 @@ class Options(CommandOptions):
         maximum=65535,
     )
     arena: str = arena_option()
-    controls: bool = option(False, 'let the page drive, for the page of a run', hidden=True)
+    events: Path | None = option(None, 'reports of the run that started the page', hidden=True)
+    listener: int | None = option(None, 'number of the socket of that run', hidden=True, minimum=0)
 
 
 def execute(options: Options) -> int:
@@ -44,14 +46,13 @@ def execute(options: Options) -> int:
     from goalreach_evaluation.choices import choose_arena
 
     local = is_loopback(options.host)
-    token = os.environ.get(TOKEN_VARIABLE) or None
-    if options.controls and (token is None or not local):
-        raise ConfigurationError('--controls', options.host, 'used by run, on this machine')
-    if not options.controls:
-        token = None if local else secrets.token_urlsafe(24)
     arena = choose_arena(options.arena)
-    listener = bind(options.host, options.port)
-    port = int(listener.getsockname()[1])
-    shown = None if options.controls else token  # the launcher prints its own link
-    print(f'live page: {url(options.host, port, shown)}', flush=True)
-    return serve(listener, arena=arena, token=token, local=local)
+    if options.listener is not None:  # the launcher has printed the link
+        token = os.environ.get(TOKEN_VARIABLE)
+        listener = socket.socket(fileno=options.listener)
+    else:
+        token = None if local else secrets.token_urlsafe(24)
+        listener = bind(options.host, options.port)
+        port = int(listener.getsockname()[1])
+        print(f'live page: {url(options.host, port, token)}', flush=True)
+    return serve(listener, arena=arena, token=token, local=local, events=options.events)

@@ -105,7 +105,7 @@ def _shared_memory() -> str:
 def _page() -> str:
     require_page()
     with bind('127.0.0.1', None) as listener:
-        return f'nicegui {_version("nicegui")}, port {listener.getsockname()[1]} is free'
+        return f'starlette {_version("starlette")}, port {listener.getsockname()[1]} is free'
 
 
 def _browser() -> str:

@@ -1,6 +1,14 @@
 """The `run` command: the whole graph, driving."""
 
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
 from goalreach_bringup.launch.options import RunOptions
+
+if TYPE_CHECKING:
+    from goalreach_bringup.launch.auxiliary_processes import PageProcess
 
 SUMMARY = 'Bring the graph up, one process per node, and drive'
 Options = RunOptions
@@ -9,9 +17,28 @@ Options = RunOptions
 def execute(options: Options) -> int:
     """Run the graph; return 0 where every requested path reached the goal or Ctrl-C ended it.
 
+    The page stays open after the run, and can start another, where a person has it open: see
+    `RunRequests.next_options`.
+
     Raises:
         GoalreachError: An option, a file or a parameter is refused, or a node died.
     """
     from goalreach_bringup.launch.session import RunSession
 
-    return RunSession(options).execute()
+    page: PageProcess | None = None
+    status = 0
+    try:
+        while True:
+            session = RunSession(options, page)
+            before = dict(os.environ)
+            try:
+                status = session.execute()
+            finally:
+                page = session.page
+                os.environ.update(before)
+            if session.next_options is None:
+                return status
+            options = session.next_options
+    finally:
+        if page is not None:
+            page.stop()

@@ -1,36 +1,44 @@
 """Auxiliary processes of a run: the live page and the recorder."""
 
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
+import json
 import logging
+import math
 from pathlib import Path
-import re
 import secrets
 import signal
 import sys
-from typing import Final
+import time
+from typing import Any, Final
 
-from goalreach_bringup.launch.child_process import ChildProcess, stop_all
-from goalreach_dashboard import TOKEN_VARIABLE
+from goalreach_bringup.launch.child_process import ChildProcess, start_fork_server, stop_all
+from goalreach_dashboard import REQUEST, TOKEN_VARIABLE, bind, url
 from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.ros.process import StopRequest
 
 _LOG: Final = logging.getLogger(__name__)
 _COMMAND_LINE: Final = 'goalreach_bringup.cli'
-_PAGE_LINE: Final = re.compile(r'^live page: (http://\S+)$')
+_POLL_S: Final = 0.05
+_PAGE_CLOSED_S: Final = 5.0
+"""Longest time without a browser that counts as a reload of the page. Chosen."""
+
+
+def _missing_libraries() -> list[str]:
+    return [name for name in ('starlette', 'uvicorn', 'websockets') if find_spec(name) is None]
 
 
 def require_page() -> None:
-    """Check that the web library of the live page is installed.
+    """Check that the web libraries of the live page are installed.
 
     Raises:
-        GoalreachError: It is not. A script of a clone installs it into the clone's `.venv`.
+        GoalreachError: They are not. A script of a clone installs it into the clone's `.venv`.
     """
-    if find_spec('nicegui') is None:
+    if missing := ' '.join(_missing_libraries()):
         script = Path(sys.prefix).parent / 'scripts' / 'dashboard.py'
         python = sys.executable
         pip = f'{python} -m pip install' if find_spec('pip') else f'uv pip install -p {python}'
-        cure = f'python3 {script}' if script.is_file() else f'{pip} nicegui'
-        raise GoalreachError(f'the live page needs nicegui: `{cure}` installs it')
+        cure = f'python3 {script}' if script.is_file() else f'{pip} {missing}'
+        raise GoalreachError(f'the live page needs {missing}: `{cure}` installs it')
 
 
 def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
@@ -50,14 +58,14 @@ def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
         require_page()
     if requested is not None:
         return requested
-    installed = find_spec('nicegui') is not None
-    return installed and clock == 'realtime' and sys.stdout.isatty()
+    return not _missing_libraries() and clock == 'realtime' and sys.stdout.isatty()
 
 
 class PageProcess(ChildProcess):
-    """Runs `goalreach dashboard` for a run and reports its URL.
+    """Runs `goalreach dashboard` for one run or several, and talks with it.
 
-    Anyone with the reported URL may steer: it holds a token that is nowhere else.
+    Anyone with the logged URL may steer: it holds a token that is nowhere else. The socket is
+    bound here, so that the URL is known, and a browser that opens it waits, before the page is up.
 
     Args:
         arena: Name or file of the arena.
@@ -66,27 +74,60 @@ class PageProcess(ChildProcess):
     """
 
     def __init__(self, arena: str, directory: Path, environment: Mapping[str, str]) -> None:
-        self._token = secrets.token_urlsafe(16)
-        self._reported = False
-        super().__init__(
-            'dashboard',
-            _COMMAND_LINE,
-            ['dashboard', '--controls', '--arena', arena],
-            environment={**environment, TOKEN_VARIABLE: self._token},
-            log_path=directory / 'dashboard.log',
-        )
+        start_fork_server()
+        token = secrets.token_urlsafe(16)
+        self._events = (directory / 'page.jsonl').open('w', encoding='utf-8', buffering=1)
+        self._viewers = 0
+        self._failed = False
+        with bind('127.0.0.1', None) as listener:
+            _LOG.info('live page: %s', url('127.0.0.1', listener.getsockname()[1], token))
+            super().__init__(
+                'dashboard',
+                _COMMAND_LINE,
+                ['dashboard', '--arena', arena, '--events', self._events.name, '--listener'],
+                environment={**environment, TOKEN_VARIABLE: token},
+                log_path=directory / 'dashboard.log',
+                listener=listener,
+            )
 
-    def poll(self) -> None:
-        """Report its URL once it has one, or that it ended; the run continues without it."""
-        if self._reported:
-            return
+    def report(self, event: str, **values: object) -> None:
+        """Tell the page what happens in the run."""
+        self._events.write(json.dumps({'event': event, **values}) + '\n')
+
+    def poll(self) -> list[dict[str, Any]]:
+        """Return what the page has asked for; log that it ended: the run continues without it."""
+        requests = []
         for line in self.read_log():
-            if found := _PAGE_LINE.match(line):
-                self._reported = True
-                _LOG.info('live page: %s?token=%s', found[1], self._token)
-        if self.exit_status is not None:
-            self._reported = True
+            if line.startswith(REQUEST):
+                told = json.loads(line[len(REQUEST) :])
+                self._viewers = told.get('viewers', self._viewers)
+                requests += [told] if 'request' in told else []
+        if self.exit_status is not None and not self._failed:
+            self._failed = True
             _LOG.error('dashboard: error: %s', self.last_log_line())
+        return requests
+
+    def keep(self, stop: StopRequest) -> dict[str, Any] | None:
+        """Keep the page after a run; return a request, or None once nobody has it open.
+
+        Args:
+            stop: Ends the wait.
+        """
+        seen_s = time.monotonic() if self._viewers else -math.inf
+        while not (stop.requested or self._failed):
+            if requests := self.poll():
+                return requests[0]
+            if self._viewers:
+                seen_s = time.monotonic()
+            if time.monotonic() - seen_s > _PAGE_CLOSED_S:
+                return None
+            time.sleep(_POLL_S)
+        return None
+
+    def stop(self) -> None:
+        """End it."""
+        stop_all([self])
+        self._events.close()
 
 
 _DRAIN_S: Final = 30.0

@@ -15,6 +15,7 @@ import os
 from pathlib import Path
 import re
 import signal
+import socket
 import sys
 import threading
 import time
@@ -64,6 +65,7 @@ class ChildProcess:
         arguments: Its command line.
         environment: Environment variables of the process.
         log_path: File that takes everything the process writes.
+        listener: A listening socket for the process; its number becomes the last argument.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class ChildProcess:
         *,
         environment: Mapping[str, str],
         log_path: Path,
+        listener: socket.socket | None = None,
     ) -> None:
         self.name = name
         self.log_path = log_path
@@ -81,7 +84,7 @@ class ChildProcess:
         self._partial_line = self._last_line = ''
         self._process = _CONTEXT.Process(
             target=_run,
-            args=(module, [name, *arguments], dict(environment), str(log_path)),
+            args=(module, [name, *arguments], dict(environment), str(log_path), listener),
             daemon=True,
         )
         with _hidden_main():
@@ -140,7 +143,13 @@ def _hidden_main() -> Iterator[None]:
         sys.modules['__main__'] = main
 
 
-def _run(module: str, arguments: list[str], environment: dict[str, str], log_path: str) -> None:
+def _run(
+    module: str,
+    arguments: list[str],
+    environment: dict[str, str],
+    log_path: str,
+    listener: socket.socket | None,
+) -> None:
     """Become the process: own session, log file, signals and name; then run `main`."""
     from goalreach_msgs_py.ros.process import LAUNCHER_PID, set_process_name
 
@@ -153,7 +162,7 @@ def _run(module: str, arguments: list[str], environment: dict[str, str], log_pat
     os.environ.update(environment, **{LAUNCHER_PID: str(os.getppid())})
     threading.Thread(target=_end_with_launcher, daemon=True).start()
     set_process_name(arguments[0])
-    sys.argv = arguments
+    sys.argv = arguments if listener is None else [*arguments, str(listener.detach())]
     sys.exit(importlib.import_module(module).main())
 
 

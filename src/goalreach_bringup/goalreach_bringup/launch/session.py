@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import logging
 import os
 from pathlib import Path
@@ -14,13 +15,13 @@ from goalreach_bringup.launch.auxiliary_processes import (
     RecorderProcess,
     is_page_wanted,
 )
-from goalreach_bringup.launch.child_process import stop_all
 from goalreach_bringup.launch.environment import domain_lock, graph_environment, make_run_directory
 from goalreach_bringup.launch.graph import Graph
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
 from goalreach_bringup.launch.report import RunReport
+from goalreach_bringup.launch.requests import RunRequests
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
@@ -44,13 +45,20 @@ class RunSession:
 
     Args:
         options: Options of the run.
+        page: The page, where an earlier run has started it.
+
+    Attributes:
+        page: The page, for the next run or to be stopped; None where there is none.
+        next_options: Options of the run that the page asks for, or None.
 
     Raises:
         GoalreachError: An option does not fit.
     """
 
-    def __init__(self, options: RunOptions) -> None:
+    def __init__(self, options: RunOptions, page: PageProcess | None = None) -> None:
         self._options = options
+        self.page = page
+        self.next_options: RunOptions | None = None
         self._arena = choose_arena(options.arena)
         self._seeds = RunSeeds.spawn(options.seed)
         self._starts = choose_starts(options, self._arena, self._seeds)
@@ -59,7 +67,7 @@ class RunSession:
         self._unjudged = 0
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
-        self._page: PageProcess | None = None
+        self._requests: RunRequests | None = None
         self._sim_time_s = 0.0
 
     def execute(self) -> int:
@@ -94,7 +102,10 @@ class RunSession:
                 learning=self._learning,
             )
             self._drive_and_report(directory, policy, parameters)
-            return self._status(policy_path)
+            status = self._status(policy_path)
+            if self._requests is not None:
+                self.next_options = self._requests.next_options()
+            return status
 
     def _drive_and_report(
         self, directory: Path, policy: Policy, parameters: NodeParameters
@@ -105,7 +116,7 @@ class RunSession:
         _LOG.info('logs, policy and parameters: %s', directory)
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
-        shows_page = is_page_wanted(requested=options.dashboard, clock=clock)
+        shows_page = bool(self.page) or is_page_wanted(requested=options.dashboard, clock=clock)
         with domain_lock():
             try:
                 self._drive(directory, policy, parameters, shows_page=shows_page)
@@ -150,20 +161,33 @@ class RunSession:
         )
         self._stop = StopRequest()
         try:
+            if shows_page:
+                self._open_page(directory, environment)
             graph.start()
             if options.record is not None:
                 words = ['--storage', options.storage, '--with-run', parameters[ROBOT]['clock']]
                 words += ['--parameters', str(graph.parameters_path)]
                 self._recorder = RecorderProcess(options.record, words, directory, environment)
-            if shows_page:
-                self._page = PageProcess(options.arena, directory, environment)
             self._follow(graph, policy, parameters)
         finally:
             if self._recorder is not None:
                 _LOG.info(self._recorder.stop())
+            if self._requests is not None:
+                interrupted = 'stopped' if self._stop.requested else 'an error'
+                self._requests.end('all paths driven' if self._complete() else interrupted)
             graph.stop()
-            if self._page is not None:
-                stop_all([self._page])
+
+    def _open_page(self, directory: Path, environment: Mapping[str, str]) -> None:
+        """Show the page's link before the nodes start, and tell the page what begins."""
+        if self.page is None:
+            self.page = PageProcess(self._options.arena, directory, environment)
+        self._requests = RunRequests(
+            self.page,
+            self._options,
+            directory=directory,
+            environment=environment,
+            stop=self._stop,
+        )
 
     def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
         # These load rclpy, which takes its time: the nodes start meanwhile.
@@ -184,7 +208,7 @@ class RunSession:
             follow(
                 graph,
                 monitor,
-                finished=lambda: self._stop.requested or self._is_over(monitor),
+                finished=lambda: self._is_over(monitor) or self._stop.requested,
                 resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
             )
 
@@ -193,10 +217,13 @@ class RunSession:
         while self._unjudged < monitor.unjudged:
             self._unjudged += 1
             self._report.unjudged()
-        if self._page is not None:
-            self._page.poll()
+        if self._requests is not None:
+            self._recorder = self._requests.serve(self._recorder)
         if self._recorder is not None:
             self._recorder.poll(began=monitor.progress.last_ns > 0)
+        return self._complete()
+
+    def _complete(self) -> bool:
         total = self._total_paths()
         return bool(total) and self._tally.paths + self._unjudged >= total
 
@@ -205,6 +232,8 @@ class RunSession:
         self._tally.add(result)
         if self._options.summary:
             self._results.append(result)
+        if self._requests is not None:
+            self._requests.add_path(result)
         self._report.path(result)
 
     def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:

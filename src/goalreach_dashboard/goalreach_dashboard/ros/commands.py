@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 from dataclasses import asdict
+import math
 import time
 from typing import Any, Final
 
@@ -14,13 +15,19 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_dashboard.placement import checked_choice, checked_speed
+from goalreach_dashboard.placement import checked_choice, checked_pose, checked_speed
 from goalreach_dashboard.state import PageState
 from goalreach_learning.blending import MODES
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
-from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER, PAUSE_SERVICE, RESET_SERVICE, ROBOT
-from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.topics import (
+    CONTROLLER,
+    LOCALIZER,
+    PAUSE_SERVICE,
+    RESET_SERVICE,
+    ROBOT,
+    STEP_SERVICE,
+)
 
 _TIMEOUT_S: Final = 3.0
 _POLL_S: Final = 0.02
@@ -32,8 +39,8 @@ class GraphCommands:
     Each returns its confirmation, and raises ConfigurationError for a value that is not allowed
     and CommandError where a node refuses or does not respond.
 
-    Calls: `/nomad200/pause`, `/nomad200/reset` and `set_parameters_atomically` of the robot, the
-    localizer and the controller.
+    Calls: `/nomad200/pause`, `/nomad200/step`, `/nomad200/reset` and `set_parameters_atomically`
+    of the robot, the localizer and the controller.
 
     Args:
         node: A node on an executor.
@@ -43,22 +50,52 @@ class GraphCommands:
     def __init__(self, node: Node, state: PageState) -> None:
         self._state = state
         self._pause = node.create_client(SetBool, PAUSE_SERVICE)
+        self._step = node.create_client(Trigger, STEP_SERVICE)
         self._reset = node.create_client(Trigger, RESET_SERVICE)
         self._parameters = {
             name: node.create_client(SetParametersAtomically, f'/{name}/set_parameters_atomically')
             for name in (ROBOT, LOCALIZER, CONTROLLER)
         }
 
-    async def set_paused(self, paused: bool) -> str:  # noqa: FBT001 - the only argument
+    async def execute(self, name: object, value: object) -> str:
+        """Execute a command by its name, as a browser sends it.
+
+        Raises:
+            CommandError: There is no such command.
+        """
+        commands = {
+            'pause': self.set_paused,
+            'step': self.step,
+            'place': self.place,
+            'speed': self.set_speed,
+            'mode': self.set_mode,
+            'noise': self.set_noise,
+        }
+        if not isinstance(name, str) or name not in commands:
+            raise CommandError('no such command')
+        return await commands[name](value)
+
+    async def set_paused(self, value: object) -> str:
         """Pause the simulation or resume it."""
+        paused = value is True
         await self._call(self._pause, SetBool.Request(data=paused))
         self._state.paused_ns = self._state.clock_ns if paused else None
         return 'paused' if paused else 'resumed'
 
-    async def place(self, pose: Pose2) -> str:
+    async def step(self, _value: object) -> str:
+        """Advance a paused simulation by one image."""
+        await self._call(self._step, Trigger.Request())
+        self._state.paused_ns = self._state.clock_ns
+        return 'advanced by one image'
+
+    async def place(self, value: object) -> str:
         """Place the robot at a pose on the free floor."""
+        pose = checked_pose(value, self._state.arena)
         await self._set(ROBOT, {'start_pose': [pose.x_m, pose.y_m, pose.heading_rad]})
-        return str((await self._call(self._reset, Trigger.Request())).message)
+        await self._call(self._reset, Trigger.Request())
+        self._state.place(pose)
+        heading_deg = math.degrees(pose.heading_rad)
+        return f'at {pose.x_m:.2f} m, {pose.y_m:.2f} m, {heading_deg:.0f}°'
 
     async def set_speed(self, speed: object) -> str:
         """Set the simulated seconds per second of the wall clock."""
@@ -68,7 +105,10 @@ class GraphCommands:
 
     async def set_mode(self, mode: object) -> str:
         """Set the mode of the controller."""
-        await self._set(CONTROLLER, {'mode': checked_choice('mode', mode, MODES)})
+        checked = checked_choice('mode', mode, MODES)
+        if self._state.learning:
+            raise CommandError('a learning robot explores; it has no mode')
+        await self._set(CONTROLLER, {'mode': checked})
         return f'mode: {mode}'
 
     async def set_noise(self, preset: object) -> str:

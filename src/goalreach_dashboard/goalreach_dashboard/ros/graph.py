@@ -1,7 +1,7 @@
 """Connects the live page to a graph."""
 
 import time
-from typing import Any, Final
+from typing import Final
 
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -10,13 +10,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_dashboard.ros.listener import GraphListener
-from goalreach_dashboard.ros.parameters import ParameterPoller, noise_preset_of
+from goalreach_dashboard.ros.parameters import ParameterPoller
 from goalreach_dashboard.state import PageState
-from goalreach_dashboard.views.page import page_view, run_status
-from goalreach_dashboard.views.svg import View
+from goalreach_dashboard.views.page import View, page_view
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.node import NO_LOG_FILE
-from goalreach_msgs_py.topics import CONTROLLER, ROBOT
 
 _LINGER_S: Final = 5.0
 """Time after the last browser has gone for which the page stays subscribed: a reload keeps the
@@ -38,7 +36,7 @@ class GraphClient:
     """
 
     def __init__(self, arena: Arena) -> None:
-        rclpy.init(args=NO_LOG_FILE, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(NO_LOG_FILE), signal_handler_options=SignalHandlerOptions.NO)
         self.state = PageState(arena=arena)
         self._nodes = [
             Node(name, enable_rosout=False, start_parameter_services=False)
@@ -51,6 +49,7 @@ class GraphClient:
         self._executor = EventsExecutor()
         self._executor.add_node(client)
         self._linger_until_s = 0.0
+        self._view: View = {}
 
     def update(self, *, watched: bool) -> None:
         """Take what has arrived.
@@ -76,19 +75,10 @@ class GraphClient:
                 self._executor.spin_once(timeout_sec=0.0)
 
     def view(self) -> View:
-        """Return the page as it is to be shown now."""
-        return page_view(self.state, time.monotonic())
-
-    def settings(self) -> dict[str, Any]:
-        """Return what the controls show: `paused`, `mode`, `speed`, `clock` and `noise`."""
-        robot = self.state.parameters[ROBOT]
-        return {
-            'paused': run_status(self.state, time.monotonic()) == 'paused',
-            'mode': self.state.parameters[CONTROLLER].get('mode'),
-            'speed': robot.get('speed'),
-            'clock': robot.get('clock'),
-            'noise': noise_preset_of(robot),
-        }
+        """Return the page as it is to be shown now; after the end of a run, as it was then."""
+        if not self.state.ended or not self._view:
+            self._view = page_view(self.state, time.monotonic())
+        return self._view
 
     def close(self) -> None:
         """Leave the graph."""

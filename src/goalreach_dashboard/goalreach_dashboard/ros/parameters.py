@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 import contextlib
-from dataclasses import asdict, fields
+from dataclasses import fields
 from functools import partial
 import time
 from typing import Any, Final
@@ -15,7 +15,7 @@ from rclpy.parameter import parameter_value_to_python
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
+from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
 
 _PERIOD_S: Final = 0.25
@@ -81,12 +81,3 @@ class ParameterPoller:
             self._robot_parameters = parameters
             with contextlib.suppress(ConfigurationError):  # a robot of somebody else
                 self._state.set_arena(Arena.from_parameters(parameters))
-
-
-def noise_preset_of(parameters: Mapping[str, Any]) -> str | None:
-    """Return the noise preset that a robot's parameters match, or None."""
-    for preset in NOISE_PRESETS:
-        model = asdict(noise_preset(preset))
-        if all(parameters.get(f'noise.{name}') == value for name, value in model.items()):
-            return preset
-    return None

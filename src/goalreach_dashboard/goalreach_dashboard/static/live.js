@@ -1,67 +1,115 @@
-// Applies differences of the view to the page's elements, which carry their names as data-testid.
-// A difference is {name: {attribute: value}}; 'text' and 'html' are the content, '+name' appends.
-// The page asks for the next difference when it has painted the last: a hidden page asks for none.
-export default {
-  template: '<div class="live" ref="root" v-once v-html="skeleton"></div>',
-  props: { skeleton: String },
-  mounted() {
-    this.elements = new Map();
-    for (const element of this.$refs.root.querySelectorAll('[data-testid]')) {
-      this.elements.set(element.dataset.testid, element);
-    }
-    const arena = this.elements.get('arena');
-    arena.addEventListener('pointerdown', (event) => this.press(event));
-    arena.addEventListener('pointerup', (event) => this.release(event));
-    window.socket?.on('disconnect', () => this.toggleClass('lost', true));
-    window.socket?.on('connect', () => this.toggleClass('lost', false));
-    this.painted = performance.now();
-    this.watchdog = setInterval(() => this.checkConnection(), 1500);
-    this.$emit('next', true);
+// The live page: keeps the connection and paints what comes; elements carry their names as
+// data-testid. The page asks for the next difference when it has painted the last: a hidden page
+// asks for none.
+import { drawer } from './draw.js';
+import { explain } from './explain.js';
+import { followRun } from './run.js';
+import { steer } from './steer.js';
+import { describe, drawError } from './describe.js';
+
+const RETRY_MS = 1000;
+const CALM_MS = 500; // between frames, for people who prefer reduced motion
+const SILENCE_MS = 3000;
+const KEY = 'token';
+const calm = matchMedia('(prefers-reduced-motion: reduce)');
+const elements = new Map();
+for (const each of document.querySelectorAll('[data-testid]')) elements.set(each.dataset.testid, each);
+
+const page = {
+  body: document.body,
+  find: (name) => elements.get(name),
+  text: (name) => (elements.get(name)?.textContent || '').trim(),
+  send(message) {
+    if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
   },
-  unmounted() {
-    clearInterval(this.watchdog);
-  },
-  methods: {
-    // A difference can be lost with a connection: after three seconds without one, request the
-    // whole view.
-    checkConnection() {
-      if (!document.hidden && performance.now() - this.painted > 3000) this.$emit('next', true);
-    },
-    apply(difference) {
-      this.painted = performance.now();
-      for (const [name, changes] of Object.entries(difference)) {
-        const element = this.elements.get(name);
-        if (!element) continue;
-        for (const [key, value] of Object.entries(changes)) this.change(element, key, value);
-      }
-      requestAnimationFrame(() => this.$emit('next', false));
-    },
-    change(element, key, value) {
-      if (key === 'text') element.textContent = value;
-      else if (key === 'html') element.innerHTML = value;
-      else if (key[0] === '+') {
-        const name = key.slice(1);
-        element.setAttribute(name, (element.getAttribute(name) || '') + value);
-      } else element.setAttribute(key, value);
-    },
-    toggleClass(name, on) {
-      document.body.classList.toggle(name, on);
-    },
-    pictureCoordinates(event) {
-      const arena = this.elements.get('arena');
-      const point = new DOMPoint(event.clientX, event.clientY);
-      return point.matrixTransform(arena.getScreenCTM().inverse());
-    },
-    press(event) {
-      if (!document.body.classList.contains('placing')) return;
-      event.preventDefault();
-      this.pressed = this.pictureCoordinates(event);
-    },
-    release(event) {
-      if (!document.body.classList.contains('placing') || !this.pressed) return;
-      const [from, to] = [this.pressed, this.pictureCoordinates(event)];
-      this.pressed = null;
-      this.$emit('place', { x: from.x, y: from.y, dx: to.x - from.x, dy: to.y - from.y });
-    },
-  },
+  command: (name, value = null) => page.send({ do: name, value }),
+  answer: (text) => { elements.get('answer').textContent = text; },
+  is: (name) => document.body.classList.contains(name),
+  set: (name, on) => document.body.classList.toggle(name, on),
+  calm: () => calm.matches,
+  // What a person chose stays chosen over a reload; without storage it does not.
+  remember(name, value) { try { localStorage.setItem(name, value); } catch { /* not allowed */ } },
+  recall(name) { try { return localStorage.getItem(name); } catch { return null; } },
 };
+
+let socket = null;
+let painted = 0;
+
+function token() {
+  const given = new URLSearchParams(location.hash.slice(1)).get(KEY);
+  if (given !== null) {
+    history.replaceState(null, '', location.pathname);
+    try { sessionStorage.setItem(KEY, given); } catch { page.token = given; }
+  }
+  try { return sessionStorage.getItem(KEY); } catch { return page.token ?? null; }
+}
+
+function connect() {
+  const ours = new WebSocket(`ws://${location.host}/live`);
+  socket = ours;
+  let accepted = false;
+  ours.onopen = () => ours.send(JSON.stringify({ token: token() }));
+  ours.onmessage = (event) => {
+    if (ours !== socket) return;
+    const message = JSON.parse(event.data);
+    if (message.hello) {
+      accepted = true;
+      page.set('lost', false);
+      page.set('ended', false);
+      run.restart();
+      steering.offer(message.hello);
+      steering.allow(message.hello.steers);
+      ours.send('{"next": true}');
+    }
+    if (message.show) apply(message.show, message.events);
+    if (!message.show && !message.hello) steering.answered(message);
+  };
+  ours.onclose = (event) => {
+    if (ours !== socket) return;
+    socket = null;
+    if (!accepted && event.code === 1008) {
+      elements.get('status').textContent = 'open the link with the token';
+      return;
+    }
+    lose();
+    setTimeout(connect, RETRY_MS);
+  };
+}
+
+function lose() {
+  page.set('lost', true);
+  steering.allow(steering.allowed);
+  if (!page.is('ended')) {
+    const status = elements.get('status');
+    status.textContent = 'connection lost';
+    status.className = 'chip down';
+  }
+}
+
+function apply(difference, events) {
+  painted = performance.now();
+  page.set('waiting', false);
+  const changed = drawing.apply(difference);
+  for (const event of events) run.add(event);
+  if (changed.has('stamp')) drawError(page, drawing.view());
+  describe(page, false);
+  const next = () => requestAnimationFrame(() => page.send({ next: false }));
+  if (page.calm()) setTimeout(next, CALM_MS); else next();
+}
+
+// A frame can be lost while a machine sleeps: after three seconds ask for the whole view.
+setInterval(() => {
+  const silent = performance.now() - painted > SILENCE_MS;
+  if (!document.hidden && silent && socket?.readyState === WebSocket.OPEN && !page.is('waiting')) {
+    page.send({ next: true });
+    run.restart();
+  }
+}, 1500);
+addEventListener('hashchange', () => { if (location.hash.includes(`${KEY}=`)) location.reload(); });
+
+const drawing = drawer(page);
+const run = followRun(page);
+const steering = steer(page, run);
+run.onEnd = drawing.ended;
+explain(page);
+connect();

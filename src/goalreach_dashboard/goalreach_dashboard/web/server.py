@@ -1,85 +1,108 @@
 """The web server of the live page and the browsers it serves.
 
-The page is a skeleton whose elements are named; the server sends each browser the difference to
-what it shows, and the next one only after the browser has painted the last.
+The page is a document whose elements are named; over a websocket the server sends each browser the
+difference to what it shows, and the next one only after the browser has painted the last.
 """
 
-from collections.abc import Mapping
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager, suppress
 from importlib import resources
+import json
+import logging
 import math
 import os
 from pathlib import Path
+import secrets
 import socket
 import time
 from typing import Any, Final
 
-from fastapi import FastAPI
-from fastapi import Request as WebRequest
-from nicegui import app, context, ui
-from nicegui.events import GenericEventArguments
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
 import uvicorn
 
 from goalreach_dashboard.ros.graph import GraphClient
-from goalreach_dashboard.views.svg import View, difference
-from goalreach_dashboard.web.access import MAY_STEER, AccessMiddleware, AccessPolicy
-from goalreach_dashboard.web.controls import SteeringControls, add_appearance, add_read_only_note
+from goalreach_dashboard.views.page import View, choices, difference, replay
+from goalreach_dashboard.web.access import AccessMiddleware, AccessPolicy
+from goalreach_dashboard.web.run_link import RunLink, tar_of
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import CommandError, GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.ros.process import StopRequest, terminate_with_launcher
 
-_PERIOD_S: Final = 0.049
-"""Gives 20 frames a second: timers of the event loop are about a millisecond late."""
+_LOG: Final = logging.getLogger(__name__)
+_PERIOD_S: Final = 0.05
+"""20 frames a second at most, however fast a browser asks."""
 _IDLE_PERIOD_S: Final = 0.2
 """Period without browsers: finished paths are still counted."""
 _KEEPALIVE_S: Final = 1.0
-"""An unchanged page is sent an empty difference so often; a browser reloads after 3 s of none."""
-_MAX_WEBSOCKET_BYTES: Final = 1 << 18
+"""An unchanged page is sent an empty difference so often."""
+_MAX_WEBSOCKET_BYTES: Final = 1 << 14
+_FAREWELL_S: Final = 0.5
+"""Longest wait for a browser to accept the last frame. Chosen."""
 _SHUTDOWN_S: Final = 1
 _NICENESS: Final = 10
 """The page yields to the graph where both want the same core."""
+_POLICY_VIOLATION: Final = 1008
 _STATIC: Final = Path(str(resources.files('goalreach_dashboard'))) / 'static'
 
 
-class LiveView(ui.element, component=_STATIC / 'live.js'):  # type: ignore[call-arg] # its types are not read
-    """The part of the page that differences are applied to."""
-
-    def __init__(self, skeleton: str) -> None:
-        super().__init__()
-        self._props['skeleton'] = skeleton
-
-    def toggle_class(self, name: str, on: bool) -> None:  # noqa: FBT001 - an event's value
-        """Add or remove a CSS class of the page's body."""
-        self.run_method('toggleClass', name, on)
-
-
 class _Viewer:
-    """One open browser: its page, what it shows, and whether it has painted that."""
+    """One open browser: what it shows, and whether it has painted that.
 
-    def __init__(self, live: LiveView, steering: SteeringControls | None) -> None:
-        self._live = live
-        self._steering = steering
+    Attributes:
+        steers: Whether it may steer.
+    """
+
+    def __init__(self, websocket: WebSocket, *, steers: bool) -> None:
+        self.steers = steers
+        self._websocket = websocket
         self._shown: View = {}
         self._ready = False
         self._sent_s = -math.inf
+        self._event = 0
+        self._sending: asyncio.Task[None] | None = None
 
     def painted(self, *, reset: bool) -> None:
         """Note that the browser is ready; `reset` means that it shows nothing yet."""
         self._ready = True
         if reset:
-            self._shown = {}
+            self._shown, self._event = {}, 0
 
-    def show(self, view: View, settings: Mapping[str, Any]) -> None:
-        """Send what has changed; nothing while the last difference is not painted yet."""
-        if self._steering is not None:
-            self._steering.update(settings)
+    def show(self, view: View, events: Mapping[int, object], *, last: bool = False) -> None:
+        """Send what has changed; nothing while the last frame is not painted or not yet sent.
+
+        Args:
+            view: The page.
+            events: What happened in the run, by ascending number.
+            last: Whether no frame follows: then it is sent also to a browser that does not paint.
+        """
         now_s = time.monotonic()
         due = now_s - self._sent_s >= _KEEPALIVE_S
-        if not self._ready or (view is self._shown and not due):
+        busy = self._sending is not None and not self._sending.done()
+        if busy or not (self._ready or last):
             return
-        patch = difference(view, self._shown)
-        if patch or due:
+        patch = difference(view, self._shown) if view is not self._shown else {}
+        new = [event for number, event in events.items() if number > self._event]
+        if patch or new or due:
             self._ready, self._shown, self._sent_s = False, view, now_s
-            self._live.run_method('apply', patch)
+            self._event = max(events, default=0)
+            self._sending = asyncio.create_task(self.send({'show': patch, 'events': new}))
+
+    async def send(self, message: Mapping[str, object]) -> None:
+        """Send a message; a browser that has gone gets none."""
+        with suppress(WebSocketDisconnect, RuntimeError):
+            await self._websocket.send_text(json.dumps(message))
+
+    async def settle(self) -> None:
+        """Wait until the last frame has been accepted."""
+        if self._sending is not None:
+            await asyncio.wait([self._sending], timeout=_FAREWELL_S)
 
 
 class PageServer:
@@ -88,92 +111,173 @@ class PageServer:
     Args:
         graph: The graph.
         policy: Who may view and steer.
+        run: The run that started the page, if one did.
     """
 
-    def __init__(self, graph: GraphClient, policy: AccessPolicy) -> None:
+    def __init__(self, graph: GraphClient, policy: AccessPolicy, run: RunLink | None) -> None:
         self._graph = graph
         self._policy = policy
-        self._viewers: dict[str, _Viewer] = {}
+        self._run = run
+        self._viewers: set[_Viewer] = set()
         self._view: View = {}
-        self._settings: dict[str, Any] = {}
-        self._idle_until_s = 0.0
-        self._skeleton = (_STATIC / 'page.html').read_text(encoding='utf-8')
+        self._ticket = ''
 
-    def run(self, listener: socket.socket) -> None:
+    def serve(self, listener: socket.socket) -> None:
         """Serve until SIGINT or SIGTERM."""
-        web = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        app.add_static_files('/dashboard', str(_STATIC))
-        app.timer(_PERIOD_S, self._update)
-        ui.page('/', title='goalreach', favicon=_STATIC / 'icon.svg')(self._build)
-        ui.run_with(
-            web,
-            title='goalreach',
-            language='en-US',
-            dark=None,
-            tailwind=False,
-            message_history_length=0,
-            reconnect_timeout=5.0,
-            show_welcome_message=False,
-        )
+        routes = [
+            Route('/bag/{ticket}', self._bag),
+            WebSocketRoute('/live', self._live),
+            Mount('/', StaticFiles(directory=_STATIC, html=True)),
+        ]
         config = uvicorn.Config(
-            AccessMiddleware(web, self._policy),
+            AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), self._policy),
             log_level='warning',
             access_log=False,
+            ws='websockets-sansio',
             ws_max_size=_MAX_WEBSOCKET_BYTES,
+            ws_per_message_deflate=False,
             timeout_graceful_shutdown=_SHUTDOWN_S,
             server_header=False,
         )
-        uvicorn.Server(config).run(sockets=[listener])
+        self._server = _Uvicorn(config, self)
+        self._server.run(sockets=[listener])
 
-    def _update(self) -> None:
-        """Read the graph and send the view to the browsers; without one, read less often."""
-        now_s, watched = time.monotonic(), bool(self._viewers)
-        if not watched and now_s < self._idle_until_s:
-            return
-        self._idle_until_s = now_s + _IDLE_PERIOD_S
-        self._graph.update(watched=watched)
-        if watched:
-            self._view, self._settings = self._graph.view(), self._graph.settings()
-            for viewer in list(self._viewers.values()):
-                viewer.show(self._view, self._settings)
+    @asynccontextmanager
+    async def _lifespan(self, _app: Starlette) -> AsyncIterator[None]:
+        task = asyncio.create_task(self._follow())
+        yield
+        task.cancel()
 
-    def _build(self, request: WebRequest) -> None:
-        """Build the page of one browser."""
-        ui.add_head_html('<link rel="stylesheet" href="/dashboard/dashboard.css">')
-        ui.colors(primary='#0072b2')
-        client = context.client
-        theme = ui.dark_mode(None)
-        may_steer = bool(request.scope.get(MAY_STEER, False))
-        with ui.element('main').classes('page'):
-            live = LiveView(self._skeleton)
-            with ui.element('section').classes('panel controls').props('aria-label=Controls'):
-                steering = self._add_steering(live) if may_steer else None
-                if steering is None:
-                    add_read_only_note()
-                add_appearance(theme, live.toggle_class)
-        viewer = _Viewer(live, steering)
+    async def _follow(self) -> None:
+        """Read the graph and show it to the browsers; without one, read less often."""
+        due_s = time.monotonic()
+        try:
+            while True:
+                self._update()
+                due_s += _PERIOD_S if self._viewers else _IDLE_PERIOD_S
+                due_s = max(due_s, time.monotonic())
+                await asyncio.sleep(due_s - time.monotonic())
+        except Exception:  # noqa: BLE001 - reported; a page that stands still would claim to be live
+            _LOG.exception('the page cannot go on')
+            self._server.should_exit = True
 
-        def on_next(event: GenericEventArguments) -> None:
-            viewer.painted(reset=event.args is True)
-            self._viewers[client.id] = viewer
-            viewer.show(self._view, self._settings)
+    def _update(self, *, last: bool = False) -> None:
+        state = self._graph.state
+        for event in self._run.events() if self._run else ():
+            state.add_event(event)
+        self._graph.update(watched=bool(self._viewers))
+        if self._viewers:
+            self._view = self._graph.view()
+            for viewer in self._viewers:
+                viewer.show(self._view, state.events, last=last)
 
-        live.on('next', on_next)
-        client.on_disconnect(lambda: self._viewers.pop(client.id, None))
+    async def farewell(self) -> None:
+        """Show the browsers that the page ends, and with it the run that started it."""
+        state = self._graph.state
+        for event in self._run.events() if self._run else ():
+            state.add_event(event)
+        if self._run is not None and not state.ended:
+            state.add_event({'event': 'end', 'reason': 'its launcher ended'})
+        await asyncio.gather(*(viewer.settle() for viewer in self._viewers))
+        self._update(last=True)
+        await asyncio.gather(*(viewer.settle() for viewer in self._viewers))
 
-    def _add_steering(self, live: LiveView) -> SteeringControls:
-        steering = SteeringControls(
-            self._graph.commands, lambda: self._graph.state.arena, live.toggle_class
+    async def _bag(self, request: Request) -> Response:
+        """Return the recorded bag; a ticket, given to who may steer, is valid once."""
+        ticket, self._ticket = self._ticket, ''
+        folder = self._graph.state.bag
+        if not ticket or request.path_params['ticket'] != ticket or not folder:
+            return Response('this link has been used\n', 404)
+        name = Path(folder).name.replace('"', '')
+        headers = {'content-disposition': f'attachment; filename="{name}.tar"'}
+        return StreamingResponse(
+            tar_of(Path(folder)), headers=headers, media_type='application/x-tar'
         )
 
-        async def on_place(event: GenericEventArguments) -> None:
-            await steering.place(event.args)
+    async def _live(self, websocket: WebSocket) -> None:
+        """Serve one browser; one that sends what no page sends is disconnected."""
+        await websocket.accept()
+        viewer: _Viewer | None = None
+        commands: set[asyncio.Task[None]] = set()
+        with suppress(WebSocketDisconnect, ValueError, KeyError, RecursionError):
+            token = _message(await websocket.receive_text()).get('token')
+            if self._policy.may_view(token):
+                viewer = _Viewer(websocket, steers=self._policy.may_steer(token))
+                offered = choices(launched=self._run is not None)
+                await viewer.send({'hello': {'steers': viewer.steers, **offered}})
+                self._viewers.add(viewer)
+                self._count_viewers()
+            while viewer is not None:
+                message = _message(await websocket.receive_text())
+                if 'next' in message:
+                    viewer.painted(reset=message['next'] is True)
+                elif viewer.steers:
+                    commands.add(task := asyncio.create_task(self._answer(viewer, message)))
+                    task.add_done_callback(commands.discard)
+        if viewer is not None:
+            self._viewers.discard(viewer)
+            self._count_viewers()
+        with suppress(RuntimeError, WebSocketDisconnect):
+            await websocket.close(_POLICY_VIOLATION)
 
-        live.on('place', on_place)
-        return steering
+    def _count_viewers(self) -> None:
+        if self._run is not None:
+            self._run.tell(viewers=len(self._viewers))
+
+    async def _answer(self, viewer: _Viewer, message: Mapping[str, Any]) -> None:
+        """Execute a command and report its outcome."""
+        try:
+            await viewer.send(await self._execute(message.get('do'), message.get('value')))
+        except GoalreachError as error:
+            await viewer.send({'answer': f'refused: {error}'})
+
+    async def _execute(self, name: object, value: object) -> Mapping[str, object]:
+        if name == 'bag':
+            self._ticket = secrets.token_urlsafe(16)
+            return {'ticket': self._ticket}
+        if name == 'replay':
+            return {'replay': replay(self._graph.state)}
+        if name in ('start', 'stop', 'record'):
+            if self._run is None:
+                raise CommandError('this page was not started by a run')
+            self._run.tell(request=name, value=value)
+            return {}
+        return {'answer': await self._graph.commands.execute(name, value)}
 
 
-def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bool) -> int:
+class _Uvicorn(uvicorn.Server):
+    """The server; before it closes the connections, the browsers are shown the end."""
+
+    def __init__(self, config: uvicorn.Config, page: PageServer) -> None:
+        super().__init__(config)
+        self._page = page
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Show the end, then close."""
+        await self._page.farewell()
+        await super().shutdown(sockets)
+
+
+def _message(text: str) -> Mapping[str, Any]:
+    """Return what a browser sent.
+
+    Raises:
+        ValueError: It is no JSON object.
+    """
+    message = json.loads(text)
+    if not isinstance(message, dict):
+        raise ValueError(text)  # noqa: TRY004 - a wrong value, sent by somebody else
+    return message
+
+
+def serve(
+    listener: socket.socket,
+    *,
+    arena: Arena,
+    token: str | None,
+    local: bool,
+    events: Path | None = None,
+) -> int:
     """Serve the page until Ctrl-C or SIGTERM.
 
     Args:
@@ -181,6 +285,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
         arena: The arena, until the robot's parameters describe another.
         token: Secret of the URL: needed to steer on this machine, to view from another.
         local: Whether only this machine can reach the page.
+        events: File in which the run that started the page reports what happens, or None.
 
     Returns:
         Exit status.
@@ -193,7 +298,7 @@ def serve(listener: socket.socket, *, arena: Arena, token: str | None, local: bo
     policy = AccessPolicy(port=port, token=token, local=local)
     graph = GraphClient(arena)
     try:
-        PageServer(graph, policy).run(listener)
+        PageServer(graph, policy, RunLink(events) if events else None).serve(listener)
     finally:
         graph.close()
     return 0 if stop.requested else 1

@@ -72,6 +72,13 @@ class RealtimeClock:
         self._paused = on
         self._restart(self._pacer.speed)
 
+    def step(self) -> bool:
+        """Tick once where paused and begun; return whether it did."""
+        if not self._paused or self._awaits_consumers:
+            return False
+        self._tick()
+        return True
+
     def set_speed(self, speed: float) -> None:
         """Continue at another speed, simulated seconds per wall second."""
         if self._timer is not None:
@@ -155,6 +162,14 @@ class LockstepClock:
         """Withhold ticks, or continue."""
         self._paused = on
         self._step_if_answered()
+
+    def step(self) -> bool:
+        """Tick once where paused and the last tick is answered; return whether it did."""
+        waits = self._stamp_ns is None or self._missing or self._gate.blocking
+        if not self._paused or waits:
+            return False
+        self._step()
+        return True
 
     def set_speed(self, _speed: float) -> None:
         """Ignore the speed: lockstep is as fast as the graph answers."""
