@@ -120,7 +120,8 @@ class RunRequests:
             self._stop.requested = False
         elif self._stop.requested or not present:
             return None
-        _LOG.info('the live page stays until it is closed; Ctrl-C ends it')
+        if self._page.viewers:
+            _LOG.info('the live page stays until it is closed; Ctrl-C ends it')
         while True:
             request = request or self._page.keep(self._stop)
             if request is None:

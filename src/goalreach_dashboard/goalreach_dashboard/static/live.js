@@ -72,7 +72,8 @@ function connect() {
       return;
     }
     lose();
-    setTimeout(connect, RETRY_MS);
+    // The summary of a run that has ended stays; another one on this port has its own page.
+    if (!page.is('ended')) setTimeout(connect, RETRY_MS);
   };
 }
 
