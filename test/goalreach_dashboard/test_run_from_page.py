@@ -26,7 +26,7 @@ import graphs
 
 pytestmark = pytest.mark.graph
 _LIMIT_S = 60.0
-_QUICK = ['run', '--dashboard', '--clock', 'lockstep', '--composed', '--start', '1.8,2.6,-90']
+_QUICK = ['run', '--dashboard', '--composed', '--speed', '2', '--start', '1.8,2.6,-90']
 _SAVED = """
 const done = arguments[arguments.length - 1], make = URL.createObjectURL;
 URL.createObjectURL = (blob) => { blob.text().then(done); return make.call(URL, blob); };

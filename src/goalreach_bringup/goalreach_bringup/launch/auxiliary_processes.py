@@ -72,16 +72,13 @@ class PageProcess(ChildProcess):
         arena: Name or file of the arena.
         directory: Directory of the run, for its log.
         environment: Environment of the graph.
-
-    Attributes:
-        viewers: Number of browsers that have it open.
     """
 
     def __init__(self, arena: str, directory: Path, environment: Mapping[str, str]) -> None:
         start_fork_server()
         token = secrets.token_urlsafe(16)
         self._events = (directory / 'page.jsonl').open('w', encoding='utf-8', buffering=1)
-        self.viewers = 0
+        self._viewers = 0
         self._failed = False
         with bind('127.0.0.1', None) as listener:
             _LOG.info('live page: %s', url('127.0.0.1', listener.getsockname()[1], token))
@@ -104,7 +101,7 @@ class PageProcess(ChildProcess):
         for line in self.read_log():
             if line.startswith(REQUEST):
                 told = json.loads(line[len(REQUEST) :])
-                self.viewers = told.get('viewers', self.viewers)
+                self._viewers = told.get('viewers', self._viewers)
                 requests += [told] if 'request' in told else []
         if self.exit_status is not None and not self._failed:
             self._failed = True
@@ -117,11 +114,13 @@ class PageProcess(ChildProcess):
         Args:
             stop: Ends the wait.
         """
-        seen_s = time.monotonic() if self.viewers else -math.inf
+        seen_s = -math.inf
         while not (stop.requested or self._failed):
             if requests := self.poll():
                 return requests[0]
-            if self.viewers:
+            if self._viewers:
+                if seen_s < 0.0:
+                    _LOG.info('the live page stays until it is closed; Ctrl-C ends it')
                 seen_s = time.monotonic()
             if time.monotonic() - seen_s > _PAGE_CLOSED_S:
                 return None

@@ -120,8 +120,6 @@ class RunRequests:
             self._stop.requested = False
         elif self._stop.requested or not present:
             return None
-        if self._page.viewers:
-            _LOG.info('the live page stays until it is closed; Ctrl-C ends it')
         while True:
             request = request or self._page.keep(self._stop)
             if request is None:

@@ -254,6 +254,9 @@ export function drawer(page) {
     const paused = status === 'paused';
     text('pause', paused ? 'Resume' : 'Pause');
     find('step').disabled = !paused;
+    // In lockstep nothing would wait for a recorder that joins later.
+    find('record').disabled = clock === 'lockstep';
+    find('record').title = clock === 'lockstep' ? 'in lockstep, start the run with --record' : '';
     for (const [name, value, off] of [['mode', mode, view.learning], ['speed', speed, clock === 'lockstep'], ['noise', view.noise, false]]) {
       const choice = find(`${name}-choice`);
       choice.disabled = off;

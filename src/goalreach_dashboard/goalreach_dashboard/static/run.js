@@ -24,6 +24,7 @@ export function followRun(page) {
     about = {};
     paths = [];
     end = null;
+    recording = false;
     find('paths-rows').replaceChildren();
     summarise();
   };
@@ -60,7 +61,6 @@ export function followRun(page) {
 
   function record(event) {
     recording = event.on;
-    find('record').textContent = recording ? 'Stop recording' : 'Record';
     if (event.bag) about.bag = event.bag;
     if (event.error) page.answer(event.error);
     summarise();
@@ -95,6 +95,7 @@ export function followRun(page) {
     const others = Object.entries(outcomes).filter(([name]) => name !== 'goal').map(([name, n]) => `, ${n} ${name}`);
     const text = total ? `${goals} of ${total} reached the goal${others.join('')}${mean('duration_s', 's')}${mean('length_m', 'm')}` : 'none has ended yet';
     find('paths-note').textContent = end ? `run ended: ${end.reason}. ${total ? text : 'No path was finished'}` : text;
+    find('record').textContent = recording ? 'Stop recording' : 'Record';
     find('save-json').disabled = find('save-csv').disabled = !total;
     find('bag-note').textContent = about.bag ? `${recording ? 'Recording into' : 'Recorded in'} ${about.bag}` : '';
     find('save-bag').hidden = !about.bag;
