@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+import contextlib
 from dataclasses import dataclass
 import functools
 import http.client
@@ -14,6 +15,7 @@ import subprocess
 from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
+import psutil
 import pytest
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -28,6 +30,8 @@ from goalreach_msgs_py.ros.messaging import stamp_from_msg
 import graphs
 
 webdriver = pytest.importorskip('selenium.webdriver')
+connect: Any = pytest.importorskip('websockets.sync.client').connect
+ConnectionClosed: Any = pytest.importorskip('websockets.exceptions').ConnectionClosed
 ActionChains, Keys = webdriver.ActionChains, webdriver.Keys
 pytestmark = pytest.mark.graph
 
@@ -507,6 +511,38 @@ def test_websockets_of_other_origins_are_refused(
 def test_nothing_left_the_machine_and_nothing_went_wrong(page: Page) -> None:
     assert page.errors() == []
     assert page.hosts() == {'127.0.0.1'}
+
+
+def test_clients_that_do_not_read_cost_nothing(run: Run, page: Page) -> None:
+    """They ask for frame after frame, and read none: each gets one until its buffers are full."""
+    pid = find_descendant(run.process.pid, 'dashboard')
+    memory = psutil.Process(pid).memory_info
+    origin = f'http://127.0.0.1:{run.port}'
+    address = f'ws://127.0.0.1:{run.port}/live'
+    with contextlib.ExitStack() as stack:
+        clients = [
+            stack.enter_context(connect(address, origin=origin, max_queue=1, close_timeout=0))
+            for _ in range(20)
+        ]
+        for client in clients:
+            client.send('{"token": null}')
+        before = memory().rss
+        for _ in range(100):
+            for client in clients:
+                client.send('{"next": true}')
+            page.driver.execute_async_script('setTimeout(arguments[0], 50)')
+        assert memory().rss - before < 20e6
+        page.count_frames()
+        assert page.until(lambda: page.frames() >= 20)
+
+
+@pytest.mark.parametrize('sent', ['', '[]', '{"token": 1', '{"token": null}{', 'x' * 20_000])
+def test_who_sends_what_no_page_sends_is_disconnected(run: Run, sent: str) -> None:
+    origin = f'http://127.0.0.1:{run.port}'
+    with connect(f'ws://127.0.0.1:{run.port}/live', origin=origin) as client:
+        client.send(sent)
+        with pytest.raises(ConnectionClosed):
+            client.recv(timeout=20.0)
 
 
 def new_estimator(run: Run, page: Page, killed: list[int]) -> int:

@@ -6,7 +6,7 @@ import logging
 import math
 from pathlib import Path
 import sys
-from typing import Any, Final
+from typing import Final
 
 from goalreach_bringup.launch.auxiliary_processes import PageProcess, RecorderProcess
 from goalreach_bringup.launch.options import RunOptions, parse_start
@@ -31,6 +31,9 @@ class RunRequests:
         directory: Directory of the run.
         environment: Environment of the graph.
         stop: Ends the run.
+
+    Attributes:
+        ends: Whether the page has asked for the end of the run.
     """
 
     def __init__(
@@ -47,8 +50,8 @@ class RunRequests:
         self._directory = directory
         self._environment = environment
         self._stop = stop
-        self._asked_to_stop = False
-        self._again: Mapping[str, Any] | None = None
+        self.ends = False
+        self._next: RunOptions | None = None
         self._bags = 0
         policy = options.policy or _LEARNED
         page.report(
@@ -88,9 +91,10 @@ class RunRequests:
         for request in self._page.poll():
             name, value = request['request'], request.get('value')
             if name == 'stop':
-                self._asked_to_stop = self._stop.requested = True
+                self.ends = True
             elif name == 'start':
-                self._again, self._stop.requested = request, True
+                self._next = self._checked(value)
+                self.ends = self.ends or self._next is not None
             elif name == 'record' and (value is True) != (recorder is not None):
                 recorder = self._record(recorder)
         return recorder
@@ -115,28 +119,27 @@ class RunRequests:
         stopped the run from the page: a run in a script ends with its last path. Ctrl-C ends it.
         """
         present = sys.stdin.isatty() and sys.stdout.isatty()
-        request = self._again
-        if request is not None or self._asked_to_stop:
-            self._stop.requested = False
-        elif self._stop.requested or not present:
+        if self._stop.requested or not (present or self.ends):
             return None
-        while True:
-            request = request or self._page.keep(self._stop)
+        while self._next is None:
+            request = self._page.keep(self._stop)
             if request is None:
                 return None
             if request['request'] == 'start':
-                try:
-                    return self._options_of(request.get('value'))
-                except GoalreachError as error:
-                    self._page.report('refused', reason=str(error))
-            request = None
+                self._next = self._checked(request.get('value'))
+        return self._next
 
-    def _options_of(self, value: Any) -> RunOptions:  # noqa: ANN401 - what a browser sent
-        """Return the options of a run that the page asks for.
+    def _checked(self, value: object) -> RunOptions | None:
+        """Return the options of a run that the page asks for; refuse what cannot be driven."""
+        try:
+            return self._options_of(value)
+        except GoalreachError as error:
+            self._page.report('refused', reason=str(error))
+            return None
 
-        Raises:
-            GoalreachError: A value is refused.
-        """
+    def _options_of(self, value: object) -> RunOptions:
+        if not isinstance(value, dict):
+            raise ConfigurationError('start', value, 'arena, policy, starts and paths')
         paths = value.get('paths')
         if type(paths) is not int or paths < 0:
             raise ConfigurationError('paths', paths, 'a whole number >= 0')

@@ -173,7 +173,8 @@ class RunSession:
             if self._recorder is not None:
                 _LOG.info(self._recorder.stop())
             if self._requests is not None:
-                interrupted = 'stopped' if self._stop.requested else 'an error'
+                stopped = self._stop.requested or self._requests.ends
+                interrupted = 'stopped' if stopped else 'an error'
                 self._requests.end('all paths driven' if self._complete() else interrupted)
             graph.stop()
 
@@ -221,7 +222,7 @@ class RunSession:
             self._recorder = self._requests.serve(self._recorder)
         if self._recorder is not None:
             self._recorder.poll(began=monitor.progress.last_ns > 0)
-        return self._complete()
+        return self._complete() or (self._requests is not None and self._requests.ends)
 
     def _complete(self) -> bool:
         total = self._total_paths()

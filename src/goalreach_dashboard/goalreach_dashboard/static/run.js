@@ -96,6 +96,7 @@ export function followRun(page) {
     const text = total ? `${goals} of ${total} reached the goal${others.join('')}${mean('duration_s', 's')}${mean('length_m', 'm')}` : 'none has ended yet';
     find('paths-note').textContent = end ? `run ended: ${end.reason}. ${total ? text : 'No path was finished'}` : text;
     find('record').textContent = recording ? 'Stop recording' : 'Record';
+    find('paths-table').parentElement.hidden = !total;
     find('save-json').disabled = find('save-csv').disabled = !total;
     find('bag-note').textContent = about.bag ? `${recording ? 'Recording into' : 'Recorded in'} ${about.bag}` : '';
     find('save-bag').hidden = !about.bag;
