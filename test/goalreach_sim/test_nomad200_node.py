@@ -1,6 +1,7 @@
 """The robot's node over real DDS: driving, contact, watchdog, services, parameters, clock."""
 
 from collections.abc import Callable
+import functools
 import itertools
 import math
 from pathlib import Path
@@ -118,6 +119,23 @@ def test_a_pause_holds_the_clock_and_services_answer_in_it(tmp_path: Path) -> No
         # No time is made up for: the next tick is one period later.
         index = robot.clock_ns.index(held_ns)
         assert robot.clock_ns[index + 1] == held_ns + 40_000_000
+
+
+def is_last(robot: RobotGraph, stamp_ns: int) -> bool:
+    return robot.clock_ns[-1] == stamp_ns
+
+
+def test_a_step_advances_a_paused_clock_by_one_period(tmp_path: Path) -> None:
+    with robot_graph(tmp_path, speed=4.0) as robot:
+        robot.wait_for_ticks(3)
+        assert not robot.step().success  # it runs
+        robot.pause(on=True)
+        robot.serve_until(lambda: False, 0.2)
+        held_ns = robot.clock_ns[-1]
+        for number in (1, 2):
+            assert robot.step().success
+            stepped_ns = held_ns + 40_000_000 * number
+            robot.wait(functools.partial(is_last, robot, stepped_ns))
 
 
 def test_the_speed_may_change_while_it_runs(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import resources
+import os
 from typing import Any
 
 import pytest
@@ -18,8 +19,13 @@ _FINDINGS = ('violations', 'incomplete')
 
 def check(page: Page) -> dict[str, list[str]]:
     """Return what axe-core finds: rule and element of each violation and of each doubtful case."""
-    package = pytest.importorskip('axe_core_python')
-    source = (resources.files(package) / 'axe.min.js').read_text(encoding='utf-8')
+    try:
+        package = resources.files('axe_core_python')
+    except ModuleNotFoundError:
+        if os.environ.get('CI') == 'true':
+            raise
+        pytest.skip('needs axe-core-python')
+    source = (package / 'axe.min.js').read_text(encoding='utf-8')
     page.driver.execute_script(source)
     result: dict[str, Any] = page.driver.execute_async_script(_RUN)
     return {

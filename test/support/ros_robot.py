@@ -156,6 +156,9 @@ class RobotGraph:
     def pause(self, *, on: bool) -> Any:
         return self.call(SetBool, '/nomad200/pause', SetBool.Request(data=on))
 
+    def step(self) -> Any:
+        return self.call(Trigger, '/nomad200/step', Trigger.Request())
+
     def set_parameter(self, name: str, value: object) -> SetParametersResult:
         self.wait(self._parameters.services_are_ready)
         result = self._result(self._parameters.set_parameters([Parameter(name, value=value)]))
