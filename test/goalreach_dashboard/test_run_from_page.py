@@ -192,7 +192,8 @@ def test_another_run_is_started_recorded_and_stopped(run: Terminal, page: Page) 
 
 
 def test_the_last_path_is_replayed(page: Page) -> None:
-    page.find('replay').click()
+    page.driver.execute_script('document.activeElement.blur()')
+    page.driver.find_element('css selector', 'body').send_keys('r')
     assert page.until(lambda: page.find('replay-pair').text.count('goal after') == 2)
     assert page.until(lambda: page.find('replay-time').get_property('value') == '1')
     figures = page.find('replay-pair').find_elements('css selector', 'figure')
