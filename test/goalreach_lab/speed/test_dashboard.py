@@ -14,7 +14,7 @@ pytest.importorskip('starlette')
 @pytest.mark.graph
 def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
-    monkeypatch.setattr('goalreach_lab.speed.dashboard._SETTLE_S', 0.3)  # no figure is judged
+    monkeypatch.setattr('goalreach_lab.speed.dashboard._SETTLE_S', 1.0)  # no figure is judged
     options = Options(browsers=(0,), seconds=1.0, rounds=1, nodes=('composed',))
     rows = {row.name: row for row in execute(options)}
     assert len(rows) == 5
