@@ -9,10 +9,12 @@ import functools
 import http.client
 import math
 import os
+from pathlib import Path
 import re
 import signal
 import subprocess
 from typing import Any
+from urllib.parse import urlsplit
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 import psutil
@@ -570,6 +572,25 @@ def test_a_killed_node_turns_red(run: Run, page: Page) -> None:
     assert red
     assert 'silent' in page.text('status')
     assert page.until(lambda: page.text('status') == 'driving', 30.0)
+
+
+def test_a_lost_connection_is_shown_and_made_again(tmp_path: Path) -> None:
+    """The page of a graph that does not run, killed and served again on its port."""
+    domain = graphs.fresh_domain()
+    arguments = ['dashboard', '--port', '0']
+    with contextlib.ExitStack() as stack:
+        process = stack.enter_context(graphs.goalreach(arguments, domain=domain, home=tmp_path))
+        url, _ = _link(process)
+        page = stack.enter_context(open_page(url))
+        assert page.until(lambda: page.text('status') == 'waiting for a graph')
+        assert page.find('read-only').is_displayed()
+        process.kill()
+        assert page.until(lambda: page.text('status') == 'connection lost')
+        assert 'grayscale' in page.find('nodes').value_of_css_property('filter')
+        arguments[-1] = str(urlsplit(url).port)
+        stack.enter_context(graphs.goalreach(arguments, domain=domain, home=tmp_path))
+        assert page.until(lambda: page.text('status') == 'waiting for a graph')
+        assert page.find('nodes').value_of_css_property('filter') == 'none'
 
 
 def test_a_killed_launcher_ends_the_run_on_the_page(run: Run, page: Page) -> None:
