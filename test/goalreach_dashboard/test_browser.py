@@ -7,6 +7,7 @@ import contextlib
 from dataclasses import dataclass
 import functools
 import http.client
+import json
 import math
 import os
 from pathlib import Path
@@ -572,6 +573,21 @@ def test_a_killed_node_turns_red(run: Run, page: Page) -> None:
     assert red
     assert 'silent' in page.text('status')
     assert page.until(lambda: page.text('status') == 'driving', 30.0)
+
+
+def test_a_page_for_other_machines_is_seen_with_its_token_only(tmp_path: Path) -> None:
+    """127.0.0.2 is none of the names of this machine, so the page counts as one for others."""
+    arguments = ['dashboard', '--host', '127.0.0.2', '--port', '0']
+    with graphs.goalreach(arguments, domain=graphs.fresh_domain(), home=tmp_path) as process:
+        link = urlsplit(_link(process)[0])
+        for token in (None, 'wrong', link.fragment.removeprefix('token=')):
+            with connect(f'ws://{link.netloc}/live', origin=f'http://{link.netloc}') as client:
+                client.send(json.dumps({'token': token}))
+                if token is None or token == 'wrong':  # noqa: S105 - it is none
+                    with pytest.raises(ConnectionClosed):
+                        client.recv(timeout=20.0)
+                else:
+                    assert json.loads(client.recv(timeout=20.0))['hello']['steers'] is False
 
 
 def test_a_lost_connection_is_shown_and_made_again(tmp_path: Path) -> None:
