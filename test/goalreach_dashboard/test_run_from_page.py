@@ -224,6 +224,20 @@ def test_a_page_that_is_closed_ends_the_command(tmp_path: Path) -> None:
         assert run.process.wait(_LIMIT_S) == 0
 
 
+def test_a_learning_robot_has_no_mode_and_lockstep_no_speed(tmp_path: Path) -> None:
+    require_browser()
+    words = ['run', '--dashboard', '--composed', '--learn', '--clock', 'lockstep']
+    with terminal(words, tmp_path) as run, open_page(run.url) as page:
+        assert page.until(lambda: page.text('status') == 'learning')
+        assert page.until(lambda: page.text('speed') == 'lockstep')
+        for name in ('mode-choice', 'speed-choice'):
+            assert page.find(name).get_property('disabled'), name
+            inputs = page.find(name).find_elements('css selector', 'input')
+            assert not any(each.is_enabled() for each in inputs)
+        assert not page.find('noise-choice').get_property('disabled')
+        assert not page.find('record').is_enabled()
+
+
 def test_nobody_waits_for_a_page_that_is_not_open(tmp_path: Path) -> None:
     with terminal([*_QUICK, '--paths', '1'], tmp_path) as run:
         assert run.process.wait(_LIMIT_S) == 0
