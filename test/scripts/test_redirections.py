@@ -45,7 +45,9 @@ def test_the_set_up_bears_any_redirection(clone: Clone, redirection: str) -> Non
 
 def test_ctrl_c_in_the_tests_gives_no_traceback() -> None:
     with subprocess.Popen(
-        [sys.executable, str(ROOT / 'scripts' / 'run_tests.py'), '--fast'],
+        # Where the tests run in the background of a shell, children would ignore Ctrl-C.
+        ['env', '--default-signal=INT', sys.executable, 'scripts/run_tests.py', '--fast'],
+        cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
