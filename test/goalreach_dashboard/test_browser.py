@@ -278,6 +278,7 @@ def test_noise_is_chosen_while_it_runs(run: Run, page: Page, preset: str) -> Non
 
 
 def test_angles_have_one_sign_convention_and_zero_no_sign(page: Page) -> None:
+    assert page.until(lambda: page.find('paths-rows').text)
     shown = page.driver.execute_script('return document.querySelector("main").textContent')
     angles = [float(text) for text in re.findall(r'(-?\d+(?:\.\d+)?)°', shown)]
     assert len(angles) > 20
@@ -369,6 +370,7 @@ def test_settings_are_kept_over_a_reload(page: Page) -> None:
 
 def test_the_whole_page_is_used_by_the_keyboard_alone(page: Page) -> None:
     """Every control is reached by Tab and shows it; the commonest have keys."""
+    assert page.until(lambda: page.find('paths-rows').text)  # what a path leaves has controls, too
     page.driver.execute_script('document.activeElement.blur(); window.scrollTo(0, 0);')
     reached, unseen = set(), set()
     for _ in range(90):

@@ -23,7 +23,7 @@ from _venv import say
 from colcon_workspace import Workspace
 
 TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis')
-WORKERS = 2  # of pytest; a third one disturbs graphs in real time on two cores
+WORKERS = 3  # of pytest: tests of graphs wait as often as they compute
 LOW_PRIORITY = 10  # of the steps beside pytest, as `nice` counts: a tenth of a core's time at most
 
 Step = tuple[str, Callable[[], tuple[bool, str]]]
