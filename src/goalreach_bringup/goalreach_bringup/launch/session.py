@@ -21,6 +21,8 @@ from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
 from goalreach_bringup.launch.report import RunReport
+from goalreach_bringup.launch.ros.monitor import RunMonitor
+from goalreach_bringup.launch.ros.supervisor import follow
 from goalreach_bringup.launch.requests import RunRequests
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
@@ -31,6 +33,7 @@ from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
+from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.ros.process import StopRequest
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
 
@@ -191,11 +194,6 @@ class RunSession:
         )
 
     def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
-        # These load rclpy, which takes its time: the nodes start meanwhile.
-        from goalreach_bringup.launch.ros.monitor import RunMonitor
-        from goalreach_bringup.launch.ros.supervisor import follow
-        from goalreach_msgs_py.ros.node import ros_session
-
         lockstep = parameters[ROBOT]['clock'] == 'lockstep'
         with ros_session(fast_dds_profile()):
             monitor = RunMonitor(
