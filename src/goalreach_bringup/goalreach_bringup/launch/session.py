@@ -1,13 +1,11 @@
 """One run of the graph, from its options to its result."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 import logging
 import os
 from pathlib import Path
 import time
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from goalreach_bags.storage import require_new_bag
 from goalreach_bringup.launch.auxiliary_processes import (
@@ -21,9 +19,9 @@ from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
 from goalreach_bringup.launch.report import RunReport
+from goalreach_bringup.launch.requests import RunRequests
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_bringup.launch.ros.supervisor import follow
-from goalreach_bringup.launch.requests import RunRequests
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
@@ -36,9 +34,6 @@ from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
 from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.ros.process import StopRequest
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
-
-if TYPE_CHECKING:
-    from goalreach_bringup.launch.ros.monitor import RunMonitor
 
 _LOG: Final = logging.getLogger(__name__)
 
