@@ -16,7 +16,7 @@ from goalreach_msgs_py.topics import NODES
 
 _PERIOD_MS: Final = 40.0
 _ROUNDS: Final = 3
-_STARTS: Final = 5
+_STARTS: Final = 12
 _RELAY: Final = 'bare relay'
 _BARE: Final = 'four bare nodes'
 _LOCKSTEP: Final = ('--clock', 'lockstep', '--starts', 'random')
