@@ -14,7 +14,7 @@ import webbrowser
 
 from goalreach_bringup.launch.auxiliary_processes import require_page
 from goalreach_bringup.launch.environment import SHARED_MEMORY, abandoned_files, domain_lock
-from goalreach_bringup.ros2cli.participants_file import count_local_participants
+from goalreach_bringup.ros2cli.participants_file import count_local_participants, domain_ports
 from goalreach_bringup.variables import check_variables
 from goalreach_dashboard import bind
 from goalreach_msgs_py.errors import GoalreachError, one_line
@@ -87,8 +87,8 @@ def _domain() -> str:
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
     with domain_lock():
         count = count_local_participants(domain)
-    first = 7400 + 250 * domain
-    return f'{domain}, UDP ports {first} to {first + 249}, {count} participants on this machine'
+    ports = domain_ports(domain)
+    return f'{domain}, UDP ports {ports[0]} to {ports[-1]}, {count} participants on this machine'
 
 
 def _shared_memory() -> str:

@@ -35,6 +35,7 @@ def execute(options: Options) -> int:
                 status = session.execute()
             finally:
                 page = session.page
+                os.environ.clear()  # a run adds variables, such as the folder of its logs
                 os.environ.update(before)
             if session.next_options is None:
                 return status

@@ -1,6 +1,6 @@
 """The processes of the graph: starts them, restarts those that fail, and stops them.
 
-Imports nothing of ROS: nodes are started before the launcher loads rclpy.
+How it is told that one no longer answers is the caller's: nothing here needs ROS.
 """
 
 from collections.abc import Callable, Mapping, Sequence

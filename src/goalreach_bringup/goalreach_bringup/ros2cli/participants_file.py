@@ -18,6 +18,16 @@ _PARTICIPANT_GAIN: Final = 2
 _UNICAST_OFFSET: Final = 10
 
 
+def domain_ports(domain: int) -> range:
+    """Return the UDP ports of a domain.
+
+    Args:
+        domain: The `ROS_DOMAIN_ID`.
+    """
+    first = _PORT_BASE + _DOMAIN_GAIN * domain
+    return range(first, first + _DOMAIN_GAIN)
+
+
 def count_local_participants(domain: int, sockets: Path = SOCKETS) -> int:
     """Return how many participants of a domain listen on this machine.
 
@@ -28,8 +38,7 @@ def count_local_participants(domain: int, sockets: Path = SOCKETS) -> int:
     Returns:
         Their number; 0 where the system has no such table.
     """
-    first = _PORT_BASE + _DOMAIN_GAIN * domain + _UNICAST_OFFSET
-    ports = range(first, first + _DOMAIN_GAIN - _UNICAST_OFFSET, _PARTICIPANT_GAIN)
+    ports = domain_ports(domain)[_UNICAST_OFFSET::_PARTICIPANT_GAIN]
     try:
         lines = sockets.read_text(encoding='ascii').splitlines()[1:]
     except OSError:

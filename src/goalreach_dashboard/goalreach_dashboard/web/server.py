@@ -161,21 +161,22 @@ class PageServer:
             _LOG.exception('the page cannot go on')
             self._server.should_exit = True
 
-    def _update(self, *, last: bool = False) -> None:
-        state = self._graph.state
+    def _take_events(self) -> None:
         for event in self._run.events() if self._run else ():
-            state.add_event(event)
+            self._graph.state.add_event(event)
+
+    def _update(self, *, last: bool = False) -> None:
+        self._take_events()
         self._graph.update(watched=bool(self._viewers))
         if self._viewers:
             self._view = self._graph.view()
             for viewer in self._viewers:
-                viewer.show(self._view, state.events, last=last)
+                viewer.show(self._view, self._graph.state.events, last=last)
 
     async def farewell(self) -> None:
         """Show the browsers that the page ends, and with it the run that started it."""
         state = self._graph.state
-        for event in self._run.events() if self._run else ():
-            state.add_event(event)
+        self._take_events()
         if self._run is not None and not state.ended:
             state.add_event({'event': 'end', 'reason': 'its launcher ended'})
         await asyncio.gather(*(viewer.settle() for viewer in self._viewers))

@@ -1,6 +1,6 @@
 """The process of a node: signals, garbage collection, memory, name, and an end with its launcher.
 
-Imports nothing of ROS, so that a launcher can start processes before it loads rclpy.
+Imports nothing of ROS: a command, and a process before its `main`, need no rclpy for it.
 """
 
 import ctypes
