@@ -17,6 +17,7 @@ import tarfile
 import threading
 import time
 
+import psutil
 import pytest
 
 from browser import require_browser
@@ -45,9 +46,12 @@ class Terminal:
     def __init__(self, arguments: list[str], home: Path) -> None:
         self._ours, theirs = pty.openpty()
         self.text = ''
+        environment = graphs.graph_environment(graphs.fresh_domain(), home)
+        environment |= {'COLUMNS': '200', 'ROS_HOME': str(home)}
+        del environment['ROS_LOG_DIR']
         self.process = subprocess.Popen(
             [sys.executable, '-m', 'goalreach_bringup.cli', *arguments],
-            env={**graphs.graph_environment(graphs.fresh_domain(), home), 'COLUMNS': '200'},
+            env=environment,
             stdin=theirs,
             stdout=theirs,
             stderr=theirs,
@@ -127,6 +131,28 @@ def saved(page: Page, name: str) -> str:
     return str(page.driver.execute_async_script(_SAVED, page.find(name)))
 
 
+def node_of(process: subprocess.Popen[bytes], name: str) -> psutil.Process:
+    """Return the process of a node as soon as it has its name, of which Linux keeps 15 letters."""
+    deadline_s = time.monotonic() + _LIMIT_S
+    while time.monotonic() < deadline_s:
+        for child in psutil.Process(process.pid).children(recursive=True):
+            with contextlib.suppress(psutil.NoSuchProcess):
+                if child.name() == name[:15]:
+                    return child
+    raise AssertionError(name)
+
+
+def test_what_is_still_coming_up_is_told(tmp_path: Path) -> None:
+    require_browser()
+    with terminal(['run', '--dashboard', '--start', '1.8,2.6,-90'], tmp_path) as started:
+        localizer = node_of(started.process, 'landmark_localizer')
+        localizer.suspend()
+        with open_page(started.url, width=1366) as page:
+            assert page.until(lambda: page.text('status') == 'coming up: 3 of 4 nodes')
+            localizer.resume()
+            assert page.until(lambda: page.text('status') == 'driving')
+
+
 def test_the_page_stays_after_the_last_path(run: Terminal, page: Page) -> None:
     assert 'run ended: all paths driven. 2 of 2 reached the goal' in page.text('paths-note')
     assert not page.find('pause').is_enabled()
@@ -197,6 +223,9 @@ def test_another_run_is_started_recorded_and_stopped(run: Terminal, page: Page) 
     assert page.until(lambda: page.text('status') == 'run ended')
     assert 'run ended: stopped' in page.text('paths-note')
     assert run.process.poll() is None
+    logs = re.findall(r'logs, policy and parameters: (\S+)', run.text)
+    assert len(logs) > 1
+    assert len({Path(folder).parent for folder in logs}) == 1
 
 
 def test_the_last_path_is_replayed(page: Page) -> None:
