@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Callable, Sequence
 import contextlib
 import errno
+import gc
 import importlib
 import os
 import re
@@ -82,6 +83,7 @@ def _run_named(name: str, *arguments: str) -> int:
         check_variables(os.environ, starts_graph=name in _FORKING)
     if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
         start_fork_server()
+        gc.disable()  # until the run's loop begins: nothing to collect among imports
     return load_command(name).run(f'{_PROGRAM} {name}', arguments)
 
 

@@ -1,8 +1,8 @@
-"""Child processes of the launcher, forked from a server that has imported what nodes need.
+"""Child processes of the launcher, forked from a server that has imported what nodes share.
 
 Most of the start of a node is importing libraries. The fork server of `multiprocessing` imports
-them once, while the launcher prepares the run; a child forked from it has its code at once, shares
-the memory of the imports, and is restarted as quickly. The server never calls `rclpy.init`.
+them once, while the launcher prepares the run; a child forked from it shares the memory of the
+imports, and is restarted as quickly. The server never calls `rclpy.init`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ _NODE_LOG_LINE: Final = re.compile(r'^\[(WARN|ERROR|FATAL)\] \[[^\]]*\] \[([^\]]
 _GRACE_S: Final = 3.0
 _KILL_S: Final = 1.0
 _CONTEXT: Final = multiprocessing.get_context('forkserver')
-_PRELOADED: Final = ('goalreach_bringup.command', 'goalreach_bringup.launch.ros.nodes')
+_PRELOADED: Final = ('goalreach_bringup.launch.ros.nodes',)
 
 IMPORT_ENVIRONMENT: Final[Mapping[str, str]] = {
     'ROS_PYTHON_CHECK_FIELDS': '1',

@@ -15,19 +15,14 @@ from goalreach_bringup.launch.child_process import ChildProcess, start_fork_serv
 from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
-from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
+from goalreach_msgs_py.topics import NODES
 
 SILENCE_LIMIT_S: Final = 4.0
 """Silence after which a process that has answered before counts as hung. Chosen."""
 
 _LOG: Final = logging.getLogger(__name__)
-_MODULES: Final = {
-    ROBOT: 'goalreach_sim.nomad200_node',
-    LOCALIZER: 'goalreach_perception.landmark_localizer_node',
-    ESTIMATOR: 'goalreach_perception.state_estimator_node',
-    CONTROLLER: 'goalreach_learning.goal_reaching_controller_node',
-}
-_COMPOSED: Final = {'composed': 'goalreach_bringup.launch.ros.nodes'}
+_MODULE: Final = 'goalreach_bringup.launch.ros.nodes'
+_COMPOSED: Final = ('composed',)
 
 
 class NodeDiedError(GoalreachError):
@@ -96,11 +91,10 @@ class Graph:
         self._parameters = parameters
         self._directory = directory
         self._environment = environment
-        self._modules = _COMPOSED if composed else _MODULES
         self._remaps = [word for rule in remaps for word in ('--remap', rule)]
-        self.processes = tuple(self._modules)
+        self.processes = _COMPOSED if composed else NODES
         self._processes: dict[str, ChildProcess] = {}
-        self._backoffs = {name: Backoff() for name in self._modules}
+        self._backoffs = {name: Backoff() for name in self.processes}
         self._restart_at_s: dict[str, float] = {}
         self.parameters_path = directory / 'parameters.yaml'
         self.started_s = time.monotonic()
@@ -110,13 +104,13 @@ class Graph:
         start_fork_server()
         remove_abandoned()
         write_parameters(self.parameters_path, self._parameters)
-        for name in self._modules:
+        for name in self.processes:
             self._launch(name, self.parameters_path)
 
     def _launch(self, name: str, parameters_path: Path) -> None:
         self._processes[name] = ChildProcess(
             name,
-            self._modules[name],
+            _MODULE,
             ['--ros-args', '--params-file', str(parameters_path), *self._remaps],
             environment=self._environment,
             log_path=self._directory / f'{name}.log',

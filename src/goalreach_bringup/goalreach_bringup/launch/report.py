@@ -4,10 +4,7 @@ import logging
 import math
 from typing import Final
 
-from rich.console import Console
-
 from goalreach_evaluation.path_metrics import PathResult, PathTally
-from goalreach_evaluation.terminal import show_paths_table
 
 _LOGGER: Final = 'goalreach_bringup'
 _LOG: Final = logging.getLogger(__name__)
@@ -26,8 +23,7 @@ class RunReport(logging.Handler):
 
     def __init__(self, *, quiet: bool, total: int) -> None:
         super().__init__()
-        self._out = Console(highlight=False, soft_wrap=True, quiet=quiet)
-        self._err = Console(highlight=False, soft_wrap=True, stderr=True)
+        self._quiet = quiet
         self._total = total
         self._done = 0
 
@@ -42,23 +38,31 @@ class RunReport(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a log message."""
-        if record.levelno < logging.WARNING:
-            self._out.print(record.getMessage(), markup=False)
-        else:
-            style = 'yellow' if record.levelno == logging.WARNING else 'bold red'
-            self._err.print(record.getMessage(), markup=False, style=style)
+        style = {logging.INFO: '', logging.WARNING: 'yellow'}.get(record.levelno, 'bold red')
+        self._print(record.getMessage(), style, on_stderr=bool(style))
 
     def path(self, result: PathResult) -> None:
         """Print the result of a path."""
         self._done += 1
         start = result.start
-        self._out.print(
+        self._print(
             f'path {self._number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
             f'{math.degrees(start.heading_rad):6.1f} deg  '
             f'{result.outcome:<10} {result.duration_s:5.1f} s  {result.length_m:5.2f} m',
-            markup=False,
-            style=None if result.outcome == 'goal' else 'bold red',
+            '' if result.outcome == 'goal' else 'bold red',
         )
+
+    def _print(self, line: str, style: str, *, on_stderr: bool = False) -> None:
+        """Print a line; in colour on a terminal where it has a style."""
+        if self._quiet and not on_stderr:
+            return
+        if not style:
+            print(line, flush=True)
+            return
+        from rich.console import Console  # slow to import
+
+        console = Console(stderr=on_stderr, highlight=False, soft_wrap=True)
+        console.print(line, markup=False, style=style)
 
     def unjudged(self) -> None:
         """Print that a path ended without being judged."""
@@ -71,6 +75,11 @@ class RunReport(logging.Handler):
 
     def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
         """Print the table at the end of a run."""
+        from rich.console import Console  # slow to import
+
+        from goalreach_evaluation.terminal import show_paths_table
+
+        console = Console(highlight=False, soft_wrap=True, quiet=self._quiet)
         show_paths_table(
-            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=self._out
+            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=console
         )

@@ -1,11 +1,13 @@
 """One run of the graph, from its options to its result."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 import logging
 import os
 from pathlib import Path
 import time
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from goalreach_bags.storage import require_new_bag
 from goalreach_bringup.launch.auxiliary_processes import (
@@ -20,8 +22,6 @@ from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
 from goalreach_bringup.launch.report import RunReport
 from goalreach_bringup.launch.requests import RunRequests
-from goalreach_bringup.launch.ros.monitor import RunMonitor
-from goalreach_bringup.launch.ros.supervisor import follow
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
@@ -31,9 +31,12 @@ from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
-from goalreach_msgs_py.ros.node import ros_session
+from goalreach_msgs_py.ros.node import early_participant, ros_session
 from goalreach_msgs_py.ros.process import StopRequest
-from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT
+from goalreach_msgs_py.topics import CONTROLLER, MONITOR, NODES, ROBOT
+
+if TYPE_CHECKING:
+    from goalreach_bringup.launch.ros.monitor import RunMonitor
 
 _LOG: Final = logging.getLogger(__name__)
 
@@ -189,16 +192,20 @@ class RunSession:
         )
 
     def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
-        lockstep = parameters[ROBOT]['clock'] == 'lockstep'
         with ros_session(fast_dds_profile()):
-            monitor = RunMonitor(
-                starts=self._starts,
-                policy=policy,
-                mode=str(parameters[CONTROLLER]['mode']),
-                on_path=self._on_path,
-                first_path=self._learning.first_path if self._learning else 0,
-                remaps=self._options.remaps,
-            )
+            with early_participant(MONITOR):
+                from goalreach_bringup.launch.ros.monitor import RunMonitor
+                from goalreach_bringup.launch.ros.supervisor import follow
+
+                monitor = RunMonitor(
+                    starts=self._starts,
+                    policy=policy,
+                    mode=str(parameters[CONTROLLER]['mode']),
+                    on_path=self._on_path,
+                    first_path=self._learning.first_path if self._learning else 0,
+                    remaps=self._options.remaps,
+                )
+            lockstep = parameters[ROBOT]['clock'] == 'lockstep'
             follow(
                 graph,
                 monitor,

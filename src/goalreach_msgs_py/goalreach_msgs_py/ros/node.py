@@ -12,8 +12,10 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental import EventsExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import get_default_context
 
 from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, status_to_raw
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
@@ -100,9 +102,10 @@ def run_nodes(
     nodes: list[Node] = []
     try:
         _init(list(sys.argv if arguments is None else arguments))
-        for make_node in makers:
-            nodes.append(make_node())
-            warn_of_unknown_parameters(nodes[-1])
+        with early_participant(name):
+            for make_node in makers:
+                nodes.append(make_node())
+                warn_of_unknown_parameters(nodes[-1])
         _spin(nodes, stop)
     except ConfigurationError as error:
         return _refuse(f'{name}: parameter {error}')
@@ -134,6 +137,27 @@ def ros_session(profile: str, arguments: Sequence[str] = ()) -> Iterator[ExitSta
             yield stack
     finally:
         rclpy.try_shutdown()
+
+
+@contextmanager
+def early_participant(name: str) -> Iterator[None]:
+    """Create the DDS participant of this process, discovered while the block makes its nodes.
+
+    Fast DDS answers a participant that asks for what it has missed only after a tenth of a second.
+    A participant is created with the first node of a process; this one is hidden, has no topics
+    and lasts as long as the block. `rclpy.node.Node` would have topics, and what disappears again
+    while others ask for it delays them by a second.
+
+    Args:
+        name: Name of the process.
+    """
+    context = get_default_context()
+    with context.handle:
+        node = rclpy_implementation.Node(f'_{name}', '', context.handle, None, False, False)
+    try:
+        yield
+    finally:
+        node.destroy_when_not_in_use()
 
 
 def _flush(nodes: Sequence[Node]) -> None:

@@ -54,6 +54,7 @@ class PeriodicGc:
     def __init__(self, now_s: float) -> None:
         """Exclude all objects that exist by now from later collections."""
         gc.freeze()
+        gc.enable()
         self._due_s = now_s + _GC_PERIOD_S
 
     def collect_if_due(self, now_s: float) -> None:

@@ -1,42 +1,68 @@
-"""All nodes of the graph: imported at once by the fork server, or run in one process."""
+"""The processes of the nodes, and what the fork server imports for all of them."""
 
+from functools import partial
 import gc
+from importlib import import_module
+import sys
+from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
-from nav_msgs.msg import Odometry
-from rcl_interfaces.msg import Log
-from rclpy.type_support import check_for_type_support
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Image
-from std_srvs.srv import Empty
-from type_description_interfaces.srv import GetTypeDescription
-from visualization_msgs.msg import MarkerArray
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 
-from goalreach_learning.goal_reaching_controller_node import GoalReachingControllerNode
-from goalreach_msgs_py.ros.node import run_nodes
-from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
-from goalreach_perception.state_estimator_node import StateEstimatorNode
-from goalreach_sim.nomad200_node import Nomad200Node
+_CLASSES = {
+    ROBOT: 'goalreach_sim.nomad200_node:Nomad200Node',
+    LOCALIZER: 'goalreach_perception.landmark_localizer_node:LandmarkLocalizerNode',
+    ESTIMATOR: 'goalreach_perception.state_estimator_node:StateEstimatorNode',
+    CONTROLLER: 'goalreach_learning.goal_reaching_controller_node:GoalReachingControllerNode',
+}
+_SHARED = (
+    'cv2',
+    'goalreach_msgs_py.arena',
+    'goalreach_msgs_py.camera',
+    'goalreach_msgs_py.noise',
+    'goalreach_msgs_py.ros.acknowledgement',
+    'goalreach_msgs_py.ros.node',
+    'goalreach_msgs_py.ros.transforms',
+    'goalreach_msgs_py.sensor_messages',
+    'numpy.random',
+)
+"""What more than one node imports; the rest each imports for itself."""
 
-_CLASSES = (Nomad200Node, LandmarkLocalizerNode, StateEstimatorNode, GoalReachingControllerNode)
 
-# One type of each package of messages that the nodes use: it loads the libraries of the package.
-for _type in (
-    Clock,
-    DiagnosticArray,
-    Empty,
-    GetTypeDescription,
-    Image,
-    Log,
-    MarkerArray,
-    Odometry,
-    TwistStamped,
-):
-    check_for_type_support(_type)
-gc.freeze()  # collections in forked processes leave the shared pages alone
+def _preload() -> None:
+    """Import what is shared, and load the libraries of every package of messages."""
+    gc.disable()  # until the loop of a node begins
+    for module in _SHARED:
+        import_module(module)
+    from diagnostic_msgs.msg import DiagnosticArray
+    from geometry_msgs.msg import TwistStamped
+    from nav_msgs.msg import Odometry
+    from rcl_interfaces.msg import Log
+    from rclpy.type_support import check_for_type_support
+    from rosgraph_msgs.msg import Clock
+    from sensor_msgs.msg import Image
+    from std_srvs.srv import Empty
+    from type_description_interfaces.srv import GetTypeDescription
+    from visualization_msgs.msg import MarkerArray
+
+    for message in (DiagnosticArray, TwistStamped, Odometry, Log, Clock, Image, MarkerArray):
+        check_for_type_support(message)
+    for service in (Empty, GetTypeDescription):
+        check_for_type_support(service)
+    gc.freeze()  # collections in forked processes leave the shared pages alone
+
+
+def _make(name: str) -> Any:
+    module, _, class_name = _CLASSES[name].partition(':')
+    return getattr(import_module(module), class_name)()
+
+
+_preload()
 
 
 def main() -> None:
-    """Run all nodes in this process until Ctrl-C or SIGTERM."""
-    raise SystemExit(run_nodes('composed', _CLASSES))
+    """Run the node that the process is named after, or all in one, until Ctrl-C or SIGTERM."""
+    from goalreach_msgs_py.ros.node import run_nodes
+
+    name = sys.argv[0]
+    names = (name,) if name in NODES else NODES
+    raise SystemExit(run_nodes(name, [partial(_make, node) for node in names]))
