@@ -266,8 +266,13 @@ def test_modes_are_chosen_and_shown(page: Page) -> None:
     assert page.until(lambda: page.text('speed') == '4×')
 
 
-@pytest.mark.parametrize('preset', ['harsh', 'nominal'])
-def test_noise_is_chosen_while_it_runs(run: Run, page: Page, preset: str) -> None:
+def test_noise_is_chosen_while_it_runs(run: Run, page: Page) -> None:
+    # In this order: to choose what is chosen already says nothing.
+    _choose_noise(run, page, 'harsh')
+    _choose_noise(run, page, 'nominal')
+
+
+def _choose_noise(run: Run, page: Page, preset: str) -> None:
     page.choose('noise-choice', preset)
     assert page.until(lambda: page.text('answer') == f'noise: {preset}')
     messages: list[Any] = []
