@@ -435,6 +435,26 @@ def test_axe_finds_nothing(page: Page, width: int) -> None:
         axe.emulate(page, width=1366, scheme='light')
 
 
+@pytest.mark.parametrize('scheme', ['light', 'dark', 'forced'])
+def test_a_node_that_is_down_can_be_read(page: Page, scheme: str) -> None:
+    axe.emulate(page, width=1366, scheme=scheme)
+    try:
+        # A copy of each: the page changes its own as soon as the node speaks.
+        page.driver.execute_script(
+            'for (const each of document.querySelectorAll(".node, .chip")) {'
+            ' const copy = each.cloneNode(true);'
+            ' copy.classList.add("down", "copy"); copy.classList.remove("up", "quiet", "ended");'
+            ' each.after(copy); }'
+        )
+        found = axe.check(page)
+        assert [text for text in found['violations'] if text.startswith('color')] == []
+    finally:
+        page.driver.execute_script(
+            'for (const each of document.querySelectorAll(".copy")) each.remove()'
+        )
+        axe.emulate(page, width=1366, scheme='light')
+
+
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
 def test_texts_and_arrows_of_the_pictures_stand_out(page: Page, scheme: str) -> None:
     """What axe-core leaves to a review: texts on drawings, 4.5 to 1, and arrows, 3 to 1."""
