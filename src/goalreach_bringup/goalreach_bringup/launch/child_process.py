@@ -27,8 +27,9 @@ _NODE_LOG_LINE: Final = re.compile(r'^\[(WARN|ERROR|FATAL)\] \[[^\]]*\] \[([^\]]
 _GRACE_S: Final = 3.0
 _KILL_S: Final = 1.0
 _CONTEXT: Final = multiprocessing.get_context('forkserver')
-_PRELOADED: Final = ('goalreach_bringup.launch.ros.nodes',)
 
+NODES_MODULE: Final = 'goalreach_bringup.launch.ros.nodes'
+"""Module whose `main` runs nodes; the server imports it."""
 IMPORT_ENVIRONMENT: Final[Mapping[str, str]] = {
     'ROS_PYTHON_CHECK_FIELDS': '1',
     'PYTHONUNBUFFERED': '1',
@@ -45,7 +46,7 @@ def start_fork_server() -> None:
     """
     for name, value in IMPORT_ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    _CONTEXT.set_forkserver_preload(list(_PRELOADED))
+    _CONTEXT.set_forkserver_preload([NODES_MODULE])
     resource_tracker.ensure_running()  # it would unblock the signal
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

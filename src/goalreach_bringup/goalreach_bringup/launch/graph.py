@@ -11,7 +11,12 @@ import signal
 import time
 from typing import Any, Final
 
-from goalreach_bringup.launch.child_process import ChildProcess, start_fork_server, stop_all
+from goalreach_bringup.launch.child_process import (
+    NODES_MODULE,
+    ChildProcess,
+    start_fork_server,
+    stop_all,
+)
 from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
@@ -21,7 +26,6 @@ SILENCE_LIMIT_S: Final = 4.0
 """Silence after which a process that has answered before counts as hung. Chosen."""
 
 _LOG: Final = logging.getLogger(__name__)
-_MODULE: Final = 'goalreach_bringup.launch.ros.nodes'
 _COMPOSED: Final = ('composed',)
 
 
@@ -110,7 +114,7 @@ class Graph:
     def _launch(self, name: str, parameters_path: Path) -> None:
         self._processes[name] = ChildProcess(
             name,
-            _MODULE,
+            NODES_MODULE,
             ['--ros-args', '--params-file', str(parameters_path), *self._remaps],
             environment=self._environment,
             log_path=self._directory / f'{name}.log',

@@ -1,10 +1,15 @@
 """What a run prints: log messages, a line per path, and a table at the end."""
 
+from __future__ import annotations
+
 import logging
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from goalreach_evaluation.path_metrics import PathResult, PathTally
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 _LOGGER: Final = 'goalreach_bringup'
 _LOG: Final = logging.getLogger(__name__)
@@ -27,7 +32,7 @@ class RunReport(logging.Handler):
         self._total = total
         self._done = 0
 
-    def __enter__(self) -> 'RunReport':  # noqa: PYI034 - Self is newer than 3.10
+    def __enter__(self) -> RunReport:  # noqa: PYI034 - Self is newer than 3.10
         logger = logging.getLogger(_LOGGER)
         logger.addHandler(self)
         logger.setLevel(logging.INFO)
@@ -38,8 +43,10 @@ class RunReport(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print a log message."""
-        style = {logging.INFO: '', logging.WARNING: 'yellow'}.get(record.levelno, 'bold red')
-        self._print(record.getMessage(), style, on_stderr=bool(style))
+        level = record.levelno
+        bad = 'yellow' if level == logging.WARNING else 'bold red'
+        style = '' if level < logging.WARNING else bad
+        self._print(record.getMessage(), style, stderr=bool(style))
 
     def path(self, result: PathResult) -> None:
         """Print the result of a path."""
@@ -52,17 +59,18 @@ class RunReport(logging.Handler):
             '' if result.outcome == 'goal' else 'bold red',
         )
 
-    def _print(self, line: str, style: str, *, on_stderr: bool = False) -> None:
+    def _print(self, line: str, style: str, *, stderr: bool = False) -> None:
         """Print a line; in colour on a terminal where it has a style."""
-        if self._quiet and not on_stderr:
-            return
-        if not style:
+        if style:
+            self._console(stderr=stderr).print(line, markup=False, style=style)
+        elif not self._quiet:
             print(line, flush=True)
-            return
+
+    def _console(self, *, stderr: bool = False) -> Console:
         from rich.console import Console  # slow to import
 
-        console = Console(stderr=on_stderr, highlight=False, soft_wrap=True)
-        console.print(line, markup=False, style=style)
+        quiet = self._quiet and not stderr
+        return Console(stderr=stderr, highlight=False, soft_wrap=True, quiet=quiet)
 
     def unjudged(self) -> None:
         """Print that a path ended without being judged."""
@@ -75,11 +83,9 @@ class RunReport(logging.Handler):
 
     def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
         """Print the table at the end of a run."""
-        from rich.console import Console  # slow to import
+        from goalreach_evaluation.terminal import show_paths_table  # imports rich
 
-        from goalreach_evaluation.terminal import show_paths_table
-
-        console = Console(highlight=False, soft_wrap=True, quiet=self._quiet)
+        out = self._console()
         show_paths_table(
-            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=console
+            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=out
         )

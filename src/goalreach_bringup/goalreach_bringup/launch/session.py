@@ -193,7 +193,7 @@ class RunSession:
 
     def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
         with ros_session(fast_dds_profile()):
-            with early_participant(MONITOR):
+            with early_participant(MONITOR):  # discovered while these are imported
                 from goalreach_bringup.launch.ros.monitor import RunMonitor
                 from goalreach_bringup.launch.ros.supervisor import follow
 
