@@ -11,7 +11,7 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig, Fix, identify, labellings
-from goalreach_perception.measurement_model import HEIGHT, LEDS, TILT_BIAS, Lens
+from goalreach_perception.measurement_model import HEIGHT, LEDS, MOUNT, TILT_BIAS, Lens
 from goalreach_perception.one_image_pose import ImageGeometry
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
@@ -22,8 +22,8 @@ TILT_RAD = 0.14
 
 def knowledge() -> FloatArray:
     """Tilt known to 0.15 deg, height to a quarter inch, LEDs to a tenth of an inch."""
-    sigmas = np.zeros(LEDS + 9)
-    sigmas[TILT_BIAS], sigmas[HEIGHT], sigmas[LEDS:] = 0.0026, 0.00635, 0.00254
+    sigmas = np.zeros(LEDS + 12)
+    sigmas[TILT_BIAS], sigmas[HEIGHT], sigmas[LEDS:MOUNT] = 0.0026, 0.00635, 0.00254
     return np.diag(sigmas**2)
 
 

@@ -108,6 +108,17 @@ def test_the_search_covers_every_azimuth() -> None:
     assert len(seen) == 360
 
 
+def test_the_search_slows_down_after_a_fruitless_turn_at_each_tilt() -> None:
+    tracker = HeadTracker(HeadConfig())
+    leads_deg = []
+    for turret in range(0, 900, 10):
+        joints = HeadAngles(turret_rad=math.radians(turret), pan_rad=0.0, tilt_rad=0.0)
+        lead_rad = tracker.search(joints).turret_rad - joints.turret_rad
+        leads_deg.append(round(math.degrees(lead_rad)))
+    assert leads_deg[:81] == [150] * 81
+    assert leads_deg[81:] == [5] * 9
+
+
 def test_the_search_tilts_higher_every_other_turn() -> None:
     tracker = HeadTracker(HeadConfig())
     tilts = [

@@ -17,14 +17,10 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.diagnostic_messages import WARN, statuses_from_raw
+from goalreach_msgs_py.image_messages import image_to_raw
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_to_raw
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
-from goalreach_msgs_py.sensor_messages import (
-    camera_to_raw,
-    head_to_raw,
-    image_to_raw,
-    landmarks_from_raw,
-)
+from goalreach_msgs_py.sensor_messages import camera_to_raw, head_to_raw, landmarks_from_raw
 from goalreach_msgs_py.topics import CAMERA_INFO, IMAGE, JOINT_STATES, LANDMARK_MARKERS, ODOM
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_sim.sensors import SensorFrame
@@ -92,7 +88,7 @@ def _bench() -> Iterator[Bench]:
 
 
 def spoil_encoding(messages: dict[str, Any]) -> None:
-    messages[IMAGE].encoding = 'rgb8'
+    messages[IMAGE].encoding = '32FC1'
 
 
 def spoil_size(messages: dict[str, Any]) -> None:
@@ -117,7 +113,7 @@ def test_good_messages_make_a_good_pose(bench: Bench) -> None:
 @pytest.mark.parametrize(
     ('spoil', 'reason'),
     [
-        (spoil_encoding, "input refused: encoding = 'rgb8': must be mono8"),
+        (spoil_encoding, "input refused: encoding = '32FC1': must be one of mono8"),
         (spoil_size, 'input refused: image of 640 x 240'),
         (spoil_joints, 'input refused: pan_joint = nan'),
         (spoil_odometry, 'input refused: pose = (inf'),
@@ -145,8 +141,8 @@ def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> No
         _, messages = bench.messages()
         messages[ODOM] = stale[ODOM]
         bench.hand(messages)
-    assert len(bench.pose.sent) == said
-    assert bench.node._inputs.missing[ODOM] > 0
+    assert len(bench.pose.sent) <= said + 2  # those within the stated wait
+    assert bench.node._inputs.missing[ODOM] > 20
 
 
 def test_viewers_get_a_dot_for_each_detected_led(bench: Bench) -> None:

@@ -69,6 +69,16 @@ def test_a_kidnapped_robot_is_relocalized_and_no_wrong_pose_is_published() -> No
             assert nees < 40.0 or position_error_m(step) < 0.1
 
 
+def test_a_sweeping_head_finds_leds_at_an_exposure_of_20_ms() -> None:
+    noise = dataclasses.replace(noise_preset('nominal'), exposure_s=0.02)
+    drive = Drive(5, robot={'noise': noise})
+    for x_m, y_m, heading_rad in ((1.0, 3.5, 1.6), (2.5, 3.0, 0.5), (1.8, 4.5, 3.0)):
+        drive.simulator.reset(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
+        steps = list(drive.run(130))
+        assert steps[-1].output.mode == 'tracking'
+        assert position_error_m(steps[-1]) < 0.1
+
+
 def test_without_noise_the_pose_is_nearly_exact() -> None:
     steps = tracked(list(Drive(3, noise='none').run(400)))
     assert np.percentile([position_error_m(step) / INCH_M for step in steps], 95) < 0.25

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
 from hypothesis import assume, given, settings
@@ -14,9 +15,11 @@ from goalreach_perception.measurement_model import (
     HEADING,
     HEIGHT,
     LEDS,
+    MOUNT,
     PAN_BIAS,
     TILT_BIAS,
     Lens,
+    Optics,
     offset_derivatives,
     project,
     state_jacobian,
@@ -31,7 +34,7 @@ def pixels(state: FloatArray) -> FloatArray:
     azimuth = state[HEADING] + state[PAN_BIAS]
     centre = np.array([state[0], state[1], 1.0 + state[HEIGHT]])
     rotation = optical_rotation(azimuth, state[TILT_BIAS])
-    offsets = state[LEDS:].reshape(-1, 3) - centre
+    offsets = state[LEDS:MOUNT].reshape(-1, 3) - centre
     return project(offsets, rotation, LENS.scaled(state[FOCAL])).pixels_px.reshape(-1)
 
 
@@ -64,9 +67,9 @@ def test_a_point_behind_the_camera_has_the_minimum_depth() -> None:
 def test_the_jacobian_is_the_derivative(
     x_m: float, y_m: float, heading: float, tilt: float, focal: float
 ) -> None:
-    state = np.zeros(LEDS + 9)
+    state = np.zeros(LEDS + 12)
     state[[0, 1, HEADING, TILT_BIAS, FOCAL]] = x_m, y_m, heading, tilt, focal
-    state[LEDS:] = LED_PLACES.reshape(-1)
+    state[LEDS:MOUNT] = LED_PLACES.reshape(-1)
     offsets = LED_PLACES - np.array([x_m, y_m, 1.0])
     projection = project(offsets, optical_rotation(heading, tilt), LENS.scaled(focal))
     assume((projection.depth_m > 0.3).all())
@@ -92,3 +95,24 @@ def test_batches_equal_single_views() -> None:
         assert together.pixels_px[index] == pytest.approx(alone.pixels_px)
         jacobian = state_jacobian(alone, offsets[index], offset_derivatives(3))
         assert jacobians[index] == pytest.approx(jacobian)
+
+
+@pytest.mark.parametrize(
+    ('model', 'terms'),
+    [
+        ('plumb_bob', (-0.3, 0.1, 0.001, -0.002, -0.01)),
+        ('rational_polynomial', (1.2, 0.3, 0.001, -0.002, 0.01, 1.5, 0.5, 0.05)),
+        ('equidistant', (-0.02, 0.01, -0.004, 0.001)),
+    ],
+)
+def test_a_distortion_is_inverted_up_to_the_corners(model: str, terms: tuple[float, ...]) -> None:
+    camera = replace(
+        PinholeCamera.from_field_of_view(horizontal_fov_rad=math.radians(60)),
+        distortion=terms,
+        distortion_model=model,
+    )
+    corners = np.array([[0.0, 0.0], [639.0, 0.0], [0.0, 479.0], [639.0, 479.0], [320.0, 240.0]])
+    optics = Optics(camera)
+    ideal = optics.undistort(corners)
+    assert np.abs(ideal - corners)[:4].max() > 10.0
+    assert optics.distort(ideal) == pytest.approx(corners, abs=1e-3)

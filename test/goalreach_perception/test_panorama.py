@@ -15,10 +15,16 @@ HERE = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
 CENTRE = np.array([[319.5, 239.5]])
 
 
-def add(panorama: Panorama, pan_rad: float, place: Pose2 = HERE, du_px: float = 0.0) -> bool:
+def add(
+    panorama: Panorama,
+    pan_rad: float,
+    place: Pose2 = HERE,
+    du_px: float = 0.0,
+    sigma_px: float = 0.1,
+) -> bool:
     return panorama.add(
         CENTRE + np.array([du_px, 0.0]),
-        np.array([0.1]),
+        np.array([sigma_px]),
         lens=LENS,
         joints=HeadAngles(turret_rad=0.2, pan_rad=pan_rad, tilt_rad=0.3),
         odometry=place,
@@ -41,6 +47,16 @@ def test_a_spot_of_two_images_is_not_used() -> None:
     for pan in (0.0, 0.0, 1.0, 1.0, 1.0):
         add(panorama, pan)
     assert len(panorama.frequent_spots(5).turns_rad) == 1
+
+
+def test_spots_that_may_be_parts_of_walls_count_only_with_two_others() -> None:
+    panorama = Panorama(0.001)
+    for pan in (0.0, 1.0) * 3:
+        add(panorama, pan, sigma_px=0.5)
+    assert len(panorama.frequent_spots(5).turns_rad) == 0
+    for _ in range(3):
+        add(panorama, -1.0)
+    assert len(panorama.frequent_spots(5).turns_rad) == 3
 
 
 def test_one_spot_at_two_angles_of_the_head_is_one() -> None:

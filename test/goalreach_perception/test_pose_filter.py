@@ -10,9 +10,19 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.measurement_model import DRIFT, HEIGHT, LEDS, PAN_BIAS, SCALE, Lens
+from goalreach_perception.measurement_model import (
+    DRIFT,
+    HEIGHT,
+    LEDS,
+    MOUNT,
+    PAN_BIAS,
+    SCALE,
+    SLIP,
+    Lens,
+)
 from goalreach_perception.measurement_prediction import innovation_distance2
-from goalreach_perception.pose_filter import FilterConfig, PoseFilter
+from goalreach_perception.pose_filter import PoseFilter
+from goalreach_perception.process_model import FilterConfig
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 JOINTS = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.1)
@@ -56,6 +66,18 @@ def test_process_noise_of_a_metre() -> None:
     across = 0.02**2 + (0.5 * drift) ** 2 + config.slip_m_per_sqrt_m**2
     heading = 0.02**2 + drift**2 + config.heading_walk_rad_per_sqrt_m**2
     assert state.covariance.diagonal()[:3] == pytest.approx([across, along, heading])
+
+
+def test_a_base_that_turns_on_two_wheels_is_less_sure_of_its_heading() -> None:
+    state, config = started(sigma_rad=0.02), FilterConfig(heading_walk_rad_per_sqrt_rad=0.03)
+    unsure = PoseFilter(
+        config, NoiseModel(), leds_m=Arena().landmark_array_m, camera_height_m=1.1, calibrate=False
+    )
+    unsure.start(START, np.diag([0.01, 0.01, 0.02**2]))
+    for one in (state, unsure):
+        one.predict(ORIGIN, Pose2(x_m=0.0, y_m=0.0, heading_rad=0.5))
+    assert state.covariance[2, 2] == pytest.approx(0.02**2)
+    assert unsure.covariance[2, 2] == pytest.approx(0.02**2 + 0.03**2 * 0.5)
 
 
 def test_known_scale_and_drift_correct_the_odometry() -> None:
@@ -116,8 +138,8 @@ def test_calibration_learns_what_considering_does_not() -> None:
             state.correct(
                 state.predict_leds(LENS, JOINTS), ALL, seen_from(state), np.full(3, 0.05)
             )
-    learnt = taught.covariance.diagonal()[HEIGHT:]
-    assert (learnt < considering.covariance.diagonal()[HEIGHT:]).all()
+    learnt = taught.covariance.diagonal()[HEIGHT:SLIP]
+    assert (learnt < considering.covariance.diagonal()[HEIGHT:SLIP]).all()
 
 
 def test_pixels_outside_the_gate_change_nothing() -> None:
@@ -192,7 +214,7 @@ def test_calibration_fades_to_the_prior() -> None:
     assert state.mean[PAN_BIAS] == pytest.approx(0.5 * learnt[PAN_BIAS])
     assert state.mean[:3] == pytest.approx(learnt[:3])
     state.fade(50.0 * memory_s)
-    assert state.mean[LEDS:] == pytest.approx(Arena().landmark_array_m.reshape(-1))
+    assert state.mean[LEDS:MOUNT] == pytest.approx(Arena().landmark_array_m.reshape(-1))
     assert state.covariance.diagonal()[PAN_BIAS:] == pytest.approx(prior)
 
 
@@ -213,14 +235,17 @@ def test_rotation_and_scale_of_robot_and_leds_are_unobservable(*, larger: bool) 
     surveyed_m = Arena().landmark_array_m
 
     def known() -> float:
-        direction = np.zeros(LEDS + 9)
+        direction = np.zeros(LEDS + 12)
         predicted = state._motion._predicted_m
         if larger:
             direction[[0, 1, SCALE, HEIGHT]] = *predicted, 1.0, 1.1
-            direction[LEDS:] = surveyed_m.reshape(-1)
+            direction[LEDS:MOUNT] = surveyed_m.reshape(-1)
         else:
             direction[[0, 1, 2]] = -predicted[1], predicted[0], 1.0
-            direction[LEDS::3], direction[LEDS + 1 :: 3] = -surveyed_m[:, 1], surveyed_m[:, 0]
+            direction[LEDS:MOUNT:3], direction[LEDS + 1 : MOUNT : 3] = (
+                -surveyed_m[:, 1],
+                surveyed_m[:, 0],
+            )
         return float(direction @ np.linalg.solve(state.covariance, direction))
 
     state.predict(ORIGIN, ORIGIN)
@@ -237,7 +262,8 @@ def test_a_coarse_start_inflates_the_covariance() -> None:
     state = started()
     sure = state.pose_covariance
     state.start(START, state.covariance[:3, :3].copy(), coarse=True)
-    assert state.pose_covariance == pytest.approx(1.7 * sure)
+    unconfirmed_m2 = np.diag([0.045**2, 0.045**2, 0.0])
+    assert state.pose_covariance == pytest.approx(1.7 * sure + unconfirmed_m2)
 
 
 def test_restore_discards_the_corrections_since_a_coarse_start() -> None:
@@ -248,3 +274,35 @@ def test_restore_discards_the_corrections_since_a_coarse_start() -> None:
     state.restore()
     assert state.mean[PAN_BIAS:] == pytest.approx(before[0])
     assert state.covariance[PAN_BIAS:, PAN_BIAS:] == pytest.approx(before[1])
+
+
+def test_images_refute_a_coarse_pose_and_what_they_told_of_constants_is_forgotten() -> None:
+    state = started(calibrate=True)
+    state.start(START, np.diag([0.01, 0.01, 0.0025]), coarse=True)
+    prior = state.mean[LEDS:MOUNT].copy(), state.covariance[HEIGHT:, HEIGHT:].copy()
+    wrong, images = np.array([[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]]), 0
+    while not state.is_refuted:
+        seen = seen_from(state, wrong * (-1) ** images)
+        state.correct(state.predict_leds(LENS, JOINTS), ALL[:2], seen[:2], np.full(2, 0.1))
+        images += 1
+        assert images < 200
+    assert state.misfit
+    state.reset()
+    assert not state.is_refuted
+    assert not state.misfit
+    assert state.mean[LEDS:MOUNT] == pytest.approx(prior[0])
+    assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior[1])
+    state.start(START, np.diag([0.01, 0.01, 0.0025]))
+    assert not state.is_refuted
+
+
+def test_an_led_is_suspect_at_fewer_sigmas_than_the_height_of_the_camera() -> None:
+    state, noise = started(calibrate=True), NoiseModel()
+    sure = state.pose_covariance
+    state.mean[HEIGHT] = 3.7 * noise.camera_height_error_m
+    state.fade(1.0)
+    assert not state.misfit
+    state.mean[LEDS + 5] += 3.7 * noise.survey_error_m
+    state.fade(1.0)
+    assert 'z of LED 1 in landmarks_m first' in state.misfit
+    assert state.pose_covariance[0, 0] == pytest.approx(sure[0, 0] + 0.1**2)

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_perception.pose_monitor import Mode, PoseMonitor, PoseMonitorConfig
+
+GOOD, USELESS = np.diag([0.049**2, 0.049**2, 1.0]), np.diag([0.0, 0.051**2, 0.0])
 
 
 def tracking() -> PoseMonitor:
@@ -162,3 +166,31 @@ def test_it_may_reacquire_from_the_second_contradicting_image_on() -> None:
         monitor.update(used, expected)
         may_reacquire.append(monitor.may_reacquire)
     assert may_reacquire == [False, False, False, False, True, True]
+
+
+def test_a_useless_pose_is_forgotten_each_time_after_twice_as_long() -> None:
+    monitor = PoseMonitor(PoseMonitorConfig(check_every_frames=1))
+    here = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.0)
+    turning = Pose2(x_m=1.01, y_m=2.01, heading_rad=2.0)
+    moved = Pose2(x_m=1.03, y_m=2.0, heading_rad=0.0)
+
+    def forgotten(*poses: Pose2, doubt: FloatArray | None = USELESS) -> list[bool]:
+        return [monitor.is_useless(pose, doubt) for pose in poses]
+
+    assert forgotten(here, moved, here, moved) == 4 * [False]
+    assert forgotten(here) + forgotten(here, doubt=GOOD) + forgotten(here) == 3 * [False]
+    assert forgotten(here, doubt=None) == [False]
+    assert forgotten(here, turning, here) == [False, False, True]
+    assert forgotten(*6 * [here]) == [*5 * [False], True]
+    assert forgotten(*12 * [here]) == [*11 * [False], True]
+
+
+@pytest.mark.parametrize('again', [False, True])
+def test_a_pose_after_a_useless_one_is_confirmed_until_a_misfit_would_show(*, again: bool) -> None:
+    monitor = PoseMonitor(PoseMonitorConfig(triple_confirmations=2))
+    monitor.start([0, 1, 2], again=again)
+    images = 0
+    while monitor.mode is Mode.CONFIRMING:
+        monitor.update(3, 3)
+        images += 1
+    assert (monitor.mode, images) == (Mode.TRACKING, 6 if again else 2)

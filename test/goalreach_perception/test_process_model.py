@@ -8,7 +8,7 @@ import pytest
 from goalreach_perception.process_model import FadingMemory
 
 MEMORY = FadingMemory(
-    np.array([1.0, 5.0]), np.array([2.0, 0.0]), np.array([True, False]), memory_s=10.0
+    np.array([1.0, 5.0]), np.diag([4.0, 0.0]), np.array([True, False]), memory_s=10.0
 )
 
 

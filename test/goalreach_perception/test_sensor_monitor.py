@@ -1,6 +1,7 @@
 """Reports of sensor faults, from observations made by hand."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
@@ -12,6 +13,7 @@ POSE = Pose2(x_m=1.8, y_m=4.0, heading_rad=-np.pi / 2)
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=np.pi / 3)
 SEEN = LandmarkObservation(u_px=1.0, v_px=1.0, peak_dn=200.0)
 AHEAD, ASIDE = 0.0, 1.5
+DARK: NDArray[np.uint8] = np.zeros((480, 640), np.uint8)
 
 
 def reported(
@@ -22,22 +24,26 @@ def reported(
     pan_rad: float = AHEAD,
     time_ns: int = 0,
     odometry: Pose2 = POSE,
+    pose: Pose2 = POSE,
+    image: NDArray[np.uint8] = DARK,
+    lost: int = 0,
+    acquired: int = 0,
 ) -> list[str]:
     """Process images in which the first LED is detected or not; return the reports."""
     output = LocalizerOutput(
-        estimate=PoseEstimate(pose=POSE, covariance=1e-4 * np.eye(3)),
+        estimate=PoseEstimate(pose=pose, covariance=1e-4 * np.eye(3)),
         landmarks=(SEEN if seen else None, SEEN, SEEN),
         mode='tracking',
-        reason='',
-        counters=LocalizerCounters(),
+        seen_from=(POSE, HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0)),
+        reason='no light',
+        counters=LocalizerCounters(lost=lost, acquired=acquired),
     )
     lines = []
     for _ in range(images):
         lines += monitor.check(
             time_ns=time_ns,
-            image=np.zeros((480, 640), np.uint8),
+            image=image,
             camera=CAMERA,
-            joints=HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0),
             odometry=odometry,
             output=output,
         )
@@ -48,6 +54,13 @@ def test_a_predicted_led_that_is_not_detected_is_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     assert reported(monitor, 11, seen=False) == []
     assert reported(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
+
+
+def test_a_camera_that_looks_aside_expects_leds_there() -> None:
+    mount = (0.0, 0.0, 1.1, 0.0, 0.0, ASIDE)
+    monitor = SensorMonitor(LocalizerConfig(camera_mount=mount))
+    assert reported(monitor, 12, seen=False, pan_rad=AHEAD) == []
+    assert len(reported(monitor, 12, seen=False, pan_rad=-ASIDE)) == 1
 
 
 def test_an_led_that_is_detected_again_is_not_reported() -> None:
@@ -76,3 +89,55 @@ def test_a_lasting_fault_is_reported_once_a_second_and_a_recurring_one_each_time
     assert at(640, here) == jump
     flickering = [at(time_ms, there if time_ms % 80 else here) for time_ms in range(680, 2680, 40)]
     assert [line for lines in flickering for line in lines] == 2 * jump
+
+
+def test_a_lost_pose_is_reported_with_its_reason_and_a_replaced_one() -> None:
+    monitor = SensorMonitor(LocalizerConfig())
+    assert reported(monitor, 2, seen=True, acquired=1) == []
+    assert reported(monitor, 2, seen=True, acquired=1, lost=1) == ['the pose was lost: no light']
+    assert reported(monitor, 2, seen=True, acquired=2, lost=1) == []
+    replaced = ['the pose was replaced by another that fits the image']
+    later_ns = 2_000_000_000
+    found = reported(monitor, 1, seen=True, acquired=3, lost=1, time_ns=later_ns)
+    assert found == replaced
+
+
+def test_a_pose_lost_again_and_again_where_the_odometry_stands_tells_of_the_odometry() -> None:
+    monitor = SensorMonitor(LocalizerConfig())
+    second = 2_000_000_000
+    lost = [reported(monitor, 1, seen=True, lost=n, time_ns=n * second)[0] for n in (1, 2, 3, 4)]
+    standing = 'odometry stands still while the LEDs show motion'
+    first = lost.index(standing)
+    assert first > 0
+    assert set(lost[:first]) == {'the pose was lost: no light'}
+    assert set(lost[first:]) == {standing}
+    moved = Pose2(x_m=POSE.x_m, y_m=POSE.y_m - 0.01, heading_rad=POSE.heading_rad)
+    again = reported(monitor, 1, seen=True, lost=5, time_ns=5 * second, odometry=moved)
+    assert again == ['the pose was lost: no light']
+
+
+def test_poses_that_move_without_the_odometry_are_reported() -> None:
+    monitor = SensorMonitor(LocalizerConfig())
+    lines: list[str] = []
+    for image in range(20):
+        pose = Pose2(x_m=POSE.x_m, y_m=POSE.y_m - 0.02 * image, heading_rad=POSE.heading_rad)
+        lines += reported(monitor, 1, seen=True, pose=pose)
+    assert len(lines) == 1
+    assert lines[0].startswith('odometry stands still while the LEDs show 0.2')
+    driven = SensorMonitor(LocalizerConfig())
+    for image in range(20):
+        pose = Pose2(x_m=POSE.x_m, y_m=POSE.y_m - 0.02 * image, heading_rad=POSE.heading_rad)
+        assert reported(driven, 1, seen=True, pose=pose, odometry=pose) == []
+
+
+def test_a_light_that_stays_where_no_led_is_expected_is_reported() -> None:
+    monitor = SensorMonitor(LocalizerConfig())
+    spot = DARK.copy()
+    rows, columns = np.indices(spot.shape)
+    distance2 = (columns - 100.0) ** 2 + (rows - 400.0) ** 2
+    spot[:] = (200.0 * np.exp(-distance2 / (2.0 * 1.2**2))).astype(np.uint8)
+    lines = [reported(monitor, 1, seen=True, image=spot) for _ in range(120)]
+    assert [line for of in lines for line in of] == ['spurious light, no LED, at pixel 100, 400']
+    once = SensorMonitor(LocalizerConfig())
+    scans = [spot if number < 15 else DARK for number in range(120)]
+    assert [line for image in scans for line in reported(once, 1, seen=True, image=image)] == []

@@ -1,18 +1,26 @@
 """Acquisition of a pose without a prior: from one image, or from a panorama of a turning head."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from goalreach_msgs_py.angles import angle_difference, wrap_angle
 from goalreach_msgs_py.camera import camera_azimuth
+from goalreach_msgs_py.tags import CORNERS, Tag
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.association import Fix, identify
+from goalreach_perception.association import Fix, identify, identify_labelled
 from goalreach_perception.landmark_tracking import MatchedLeds
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS, Lens, Optics
+from goalreach_perception.measurement_model import (
+    DELAY,
+    HEADING,
+    PAN_BIAS,
+    TILT_BIAS,
+    Lens,
+    Optics,
+)
 from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.pose_filter import PoseFilter
 
@@ -21,8 +29,12 @@ _STILL_M = 0.01
 _SAME_RAD = math.radians(0.5)
 """Spots in directions closer than this are one. Chosen: many times the encoder noise."""
 _MOST = 12
-_LEAST_HITS = 3
+_LEAST_HITS = _TRIPLE = 3
 """A spot of one image may be spurious; three in one direction are not. Chosen."""
+_SURE_SIGMA_PX = 0.3
+"""A spot of a larger error may be part of a wall, and two of those do not make a pose. Chosen:
+speckles of textured walls have 0.4 and more, bright LEDs 0.2."""
+_SIDES_RAD = np.radians(np.arange(-75.0, 76.0, 15.0))
 _PANORAMA_INFLATION = 4.0
 """Factor on the covariance of a panorama: the filter ignores the correlation of its errors with
 those of the survey. Chosen."""
@@ -31,8 +43,7 @@ _PANORAMA_SIGMA_M = 0.15
 better."""
 
 
-@dataclass(frozen=True)
-class DirectedSpots:
+class DirectedSpots(NamedTuple):
     """Spots with the direction of the camera in their images.
 
     Attributes:
@@ -48,14 +59,13 @@ class DirectedSpots:
     tilts_rad: FloatArray
 
 
-@dataclass
-class _Spot:
+class _Spot(NamedTuple):
+    """A spot of a panorama: direction, row of `DirectedSpots`, in how many images it was."""
+
     azimuth_rad: float
     rise_rad: float
-    pixel_px: Sequence[float]
-    sigma_px: float
-    turn_rad: float
-    tilt_rad: float
+    row: tuple[Sequence[float], float, float, float]
+    is_sure: bool
     hits: int = 1
 
 
@@ -79,6 +89,7 @@ class Panorama:
         self._encoder_sigma_rad = encoder_sigma_rad
         self._spots: list[_Spot] = []
         self._place_m: tuple[float, float] | None = None
+        self._late_rad = 0.0
 
     def clear(self) -> None:
         """Discard all spots."""
@@ -93,6 +104,7 @@ class Panorama:
         lens: Lens,
         joints: HeadAngles,
         odometry: Pose2,
+        late_rad: float = 0.0,
     ) -> bool:
         """Add the spots of one image.
 
@@ -102,14 +114,17 @@ class Panorama:
             lens: The lens.
             joints: Encoder readings.
             odometry: Odometry pose; a displacement discards the earlier spots.
+            late_rad: How far the camera turns in the time by which the image may be late; another
+                rate discards the earlier spots, too.
 
         Returns:
             Whether the image has spots and the panorama more than these.
         """
         place_m = (odometry.x_m, odometry.y_m)
-        if self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M:
+        moved = self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M
+        if moved or abs(late_rad - self._late_rad) > _SAME_RAD:
             self.clear()
-            self._place_m = place_m
+            self._place_m, self._late_rad = place_m, late_rad
         turn = camera_azimuth(odometry.heading_rad, joints)
         noise_px = self._encoder_sigma_rad * float(lens.focal_px.max())
         slopes = ((pixels_px - lens.centre_px) / lens.focal_px).tolist()
@@ -118,7 +133,8 @@ class Panorama:
         ):
             sigma_px = math.hypot(sigma, noise_px * (1.0 + right * right + down * down))
             azimuth, rise = _direction(right, down, joints.tilt_rad)
-            self._merge(_Spot(turn - azimuth, rise, pixel, sigma_px, turn, joints.tilt_rad))
+            row = pixel, sigma_px, turn, joints.tilt_rad
+            self._merge(_Spot(turn - azimuth, rise, row, sigma < _SURE_SIGMA_PX))
         return len(slopes) > 0 and len(self._spots) > len(slopes)
 
     def _merge(self, spot: _Spot) -> None:
@@ -126,27 +142,21 @@ class Panorama:
         for index, other in enumerate(self._spots):
             near = abs(other.rise_rad - spot.rise_rad) < _SAME_RAD
             if near and abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) < _SAME_RAD:
-                spot.hits += other.hits
-                self._spots[index] = spot
+                self._spots[index] = spot._replace(hits=1 + other.hits)
                 return
         self._spots.append(spot)
         if len(self._spots) > _MOST:
             self._spots.remove(min(self._spots, key=lambda spot: spot.hits))
 
     def frequent_spots(self, count: int) -> DirectedSpots:
-        """Return the spots of three images or more, the most frequent ones first.
-
-        Args:
-            count: Largest number of spots.
-        """
+        """Return the spots of three images or more, the most frequent ones first."""
         spots = sorted(self._spots, key=lambda spot: -spot.hits)
         spots = [spot for spot in spots if spot.hits >= _LEAST_HITS][:count]
-        return DirectedSpots(
-            np.array([spot.pixel_px for spot in spots]).reshape(-1, 2),
-            np.array([spot.sigma_px for spot in spots]),
-            np.array([spot.turn_rad for spot in spots]),
-            np.array([spot.tilt_rad for spot in spots]),
-        )
+        if len(spots) < _TRIPLE:
+            spots = [spot for spot in spots if spot.is_sure]
+        if not spots:
+            return DirectedSpots(np.empty((0, 2)), *np.empty((3, 0)))
+        return DirectedSpots(*map(np.array, zip(*(spot.row for spot in spots), strict=True)))
 
 
 class Acquisition:
@@ -160,6 +170,7 @@ class Acquisition:
     def __init__(self, config: LocalizerConfig, state: PoseFilter) -> None:
         self._config = config
         self._state = state
+        self._arena_size_m = (config.arena_width_m, config.arena_length_m)
         self._panorama = Panorama(config.noise.pan_tilt_noise_rad)
 
     def clear(self) -> None:
@@ -179,6 +190,39 @@ class Acquisition:
         sigmas_px = found.spots.sigmas_px
         return self._solve(DirectedSpots(found.pixels_px, sigmas_px, turns_rad, tilts_rad), optics)
 
+    def from_tags(
+        self, found: MatchedLeds, tags: Sequence[Tag], joints: HeadAngles, optics: Optics
+    ) -> Fix | None:
+        """Return the pose that explains the corners of the tags in one image, or None.
+
+        The first guesses are around the largest tag, at the range that its height tells.
+
+        Args:
+            found: Corners of tags, at least four.
+            tags: The tag of each four of them.
+            joints: Encoder readings.
+            optics: The lens.
+        """
+        quads_px, lens = found.pixels_px.reshape(-1, CORNERS, 2), optics.lens
+        heights_px = 0.5 * np.hypot(*(quads_px[:, 2:] - quads_px[:, 1::-1]).sum(axis=1).T)
+        row = int(heights_px.argmax())
+        right, down = ((quads_px[row].mean(axis=0) - lens.centre_px) / lens.focal_px).tolist()
+        tag, (turn, rise) = tags[row], _direction(right, down, joints.tilt_rad)
+        range_m = lens.focal_px[1] * tag.size_m * math.cos(rise) / max(heights_px[row], 1.0)
+        sides = tag.facing_rad + _SIDES_RAD
+        x_m, y_m = tag.x_m + range_m * np.cos(sides), tag.y_m + range_m * np.sin(sides)
+        seeds = np.stack([x_m, y_m, sides + math.pi + turn], axis=1)
+        count = len(found.leds)
+        return identify_labelled(
+            self._geometry(np.zeros(count), np.full(count, joints.tilt_rad), optics),
+            found.pixels_px,
+            found.spots.sigmas_px,
+            found.leds,
+            seeds=seeds,
+            arena_size_m=self._arena_size_m,
+            config=self._config.association,
+        )
+
     def from_panorama(
         self, found: MatchedLeds, joints: HeadAngles, odometry: Pose2, optics: Optics
     ) -> tuple[Pose2, FloatArray] | None:
@@ -187,29 +231,27 @@ class Acquisition:
         Every spot used is in three images or more, so that even two need no confirmation: neither
         is spurious, and no other pose fits them.
 
-        Args:
-            found: The spots of the image.
-            joints: Encoder readings.
-            odometry: Odometry pose.
-            optics: The lens.
-
         Returns:
             The pose in `map` with its (3, 3) covariance of x, y, heading; None if there is no
             solution, or its covariance is too large.
         """
-        pixels_px, sigmas_px, lens = found.pixels_px, found.spots.sigmas_px, optics.lens
+        late_rad = self._state.late_rad
         if not self._panorama.add(
-            pixels_px, sigmas_px, lens=lens, joints=joints, odometry=odometry
+            found.pixels_px,
+            found.spots.sigmas_px,
+            lens=optics.lens,
+            joints=joints,
+            odometry=odometry,
+            late_rad=late_rad,
         ):
             return None
         spots = self._panorama.frequent_spots(self._config.detection.maximum_spots)
-        fix = self._solve(spots, optics)
-        if fix is None:
+        if (fix := self._solve(spots, optics)) is None:
             return None
         covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
         if covariance[0, 0] + covariance[1, 1] > _PANORAMA_SIGMA_M**2:
             return None
-        covariance[2, 2] += self._state.covariance[PAN_BIAS, PAN_BIAS]
+        covariance[2, 2] += self._state.covariance[PAN_BIAS, PAN_BIAS] + late_rad**2
         heading = odometry.heading_rad + fix.azimuth_rad - float(self._state.mean[PAN_BIAS])
         return Pose2(x_m=fix.x_m, y_m=fix.y_m, heading_rad=heading), covariance
 
@@ -218,10 +260,6 @@ class Acquisition:
 
         Their errors are assumed independent; since they share those of the survey, the true
         distance is larger, never smaller.
-
-        Args:
-            fix: A pose from one image.
-            joints: Encoder readings of that image.
         """
         mean = self._state.mean
         azimuth = float(mean[HEADING] + mean[PAN_BIAS]) + joints.turret_rad + joints.pan_rad
@@ -229,6 +267,8 @@ class Acquisition:
         difference = np.array([mean[0] - fix.x_m, mean[1] - fix.y_m, turned])
         to_azimuth = np.zeros((3, len(mean)))
         to_azimuth[[0, 1, 2, 2], [0, 1, HEADING, PAN_BIAS]] = 1.0
+        if motion := self._state.motion:
+            to_azimuth[:, DELAY] = np.negative(motion.pose_rates(float(mean[HEADING])))
         covariance = to_azimuth @ self._state.covariance @ to_azimuth.T
         covariance += np.linalg.inv(fix.information)
         covariance[2, 2] += self._config.noise.pan_tilt_noise_rad**2
@@ -236,20 +276,25 @@ class Acquisition:
 
     def _solve(self, spots: DirectedSpots, optics: Optics) -> Fix | None:
         """Return the pose and labelling that explain spots, or None."""
-        state = self._state
-        geometry = ImageGeometry(
-            leds_m=state.leds_m,
-            camera_height_m=state.camera_height_m,
-            turns_rad=spots.turns_rad,
-            tilts_rad=spots.tilts_rad + float(state.mean[TILT_BIAS]),
-            lens=optics.lens.scaled(state.focal_error),
-            nuisance_covariance=state.covariance,
-            tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
-        )
         return identify(
-            geometry,
+            self._geometry(spots.turns_rad, spots.tilts_rad, optics),
             spots.pixels_px,
             spots.sigmas_px,
-            arena_size_m=(self._config.arena_width_m, self._config.arena_length_m),
+            arena_size_m=self._arena_size_m,
             config=self._config.association,
+        )
+
+    def _geometry(
+        self, turns_rad: FloatArray, tilts_rad: FloatArray, optics: Optics
+    ) -> ImageGeometry:
+        state = self._state
+        return ImageGeometry(
+            leds_m=state.leds_m,
+            camera_height_m=state.camera_height_m,
+            mount_m=state.mount_m,
+            turns_rad=turns_rad,
+            tilts_rad=tilts_rad + float(state.mean[TILT_BIAS]),
+            lens=optics.lens.scaled(state.focal_error),
+            nuisance_covariance=state.surveyed_covariance,
+            tilt_noise_rad=self._config.noise.pan_tilt_noise_rad,
         )

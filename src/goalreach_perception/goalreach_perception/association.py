@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import BEHIND_M
+from goalreach_perception.measurement_prediction import equivalent_gate
 from goalreach_perception.one_image_pose import (
     ImageGeometry,
     Solutions,
@@ -29,6 +30,7 @@ _SAME_RAD = 0.02
 """Solutions closer than this are the same. Chosen: far above the error of a converged one."""
 _SEED_MARGIN_M = 0.6
 _MOST_SOLVED = 24
+_MOST_ITERATIONS = 12
 _LARGEST_MISFIT_PX = 100.0
 """Largest residual of an initial guess that may converge to a valid pose. Chosen: the largest that
 did was 71 px."""
@@ -44,7 +46,7 @@ class AssociationConfig(Configuration):
         30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', within=(1.0, None)
     )
     pair_gate: float = parameter(
-        12.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-4)', within=(1.0, None)
+        8.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-3)', within=(1.0, None)
     )
     margin: float = parameter(
         25.0,
@@ -127,14 +129,55 @@ def identify(
         best = int(chi2.argmin())
         if chi2[best] > gate:
             continue
-        alternatives = chi2[_differ(solutions.poses, leds, best)]
+        alternatives = chi2[_differ(solutions.poses, spots, leds, best)]
         ambiguous = alternatives.size and alternatives.min() < chi2[best] + config.margin
         pose, used = solutions.poses[best], leds[best]
         if ambiguous or (size < _TRIPLE and _another_in_view(geometry, pose, used)):
             return None
-        information, (x_m, y_m, azimuth) = solutions.information[best], pose.tolist()
-        return Fix(x_m, y_m, azimuth, float(chi2[best]), information, spots[best], used)
+        return _fix(solutions, best, spots[best], used)
     return None
+
+
+def _fix(solutions: Solutions, row: int, spots: NDArray[np.intp], leds: NDArray[np.intp]) -> Fix:
+    (x_m, y_m, azimuth), chi2 = solutions.poses[row].tolist(), float(solutions.chi2[row])
+    return Fix(x_m, y_m, azimuth, chi2, solutions.information[row], spots, leds)
+
+
+def identify_labelled(
+    geometry: ImageGeometry,
+    pixels_px: FloatArray,
+    sigmas_px: FloatArray,
+    leds: NDArray[np.intp],
+    *,
+    seeds: FloatArray,
+    arena_size_m: tuple[float, float],
+    config: AssociationConfig,
+) -> Fix | None:
+    """Return the one pose that explains landmarks of known identity, or None.
+
+    A small or distant tag looks nearly the same from two sides; both poses are compared.
+
+    Args:
+        geometry: Everything known.
+        pixels_px: (k, 2) ideal pixels.
+        sigmas_px: (k,) standard deviation of each per axis.
+        leds: (k,) indices of the landmarks.
+        seeds: (m, 3) initial guesses of x, y, azimuth.
+        arena_size_m: Width and length of the arena.
+        config: When a pose is accepted.
+    """
+    spots, many = np.arange(len(leds)), (len(seeds), 1)
+    rows = {'spots': np.tile(spots, many), 'leds': np.tile(leds, many)}
+    solutions = solve_poses(
+        geometry, pixels_px, sigmas_px, **rows, seeds=seeds, iterations=_MOST_ITERATIONS
+    )
+    inside = _inside(solutions.poses, arena_size_m, -config.wall_clearance_m)
+    chi2 = np.where(inside, solutions.chi2, np.inf)
+    best = int(chi2.argmin())
+    differ = chi2[_differ(solutions.poses, **rows, best=best)]
+    ambiguous = differ.size and differ.min() < chi2[best] + config.margin
+    gate = equivalent_gate(config.triple_gate, _TRIPLE, 2 * len(leds) - _TRIPLE)
+    return None if ambiguous or chi2[best] > gate else _fix(solutions, best, spots, leds)
 
 
 def _solve(
@@ -204,10 +247,15 @@ def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np
     return bool((inside & (seen.depth_m > BEHIND_M)).any())
 
 
-def _differ(poses: FloatArray, leds: NDArray[np.intp], best: int) -> NDArray[np.bool_]:
-    """Return which solutions differ from the best one."""
+def _differ(
+    poses: FloatArray, spots: NDArray[np.intp], leds: NDArray[np.intp], best: int
+) -> NDArray[np.bool_]:
+    """Return which solutions differ from the best one; other LEDs of the same pose do not."""
     away = np.abs(poses - poses[best])
     turned = np.abs(np.remainder(away[:, 2] + np.pi, 2.0 * np.pi) - np.pi)
     moved = (away[:, :2].max(axis=1) > _SAME_M) | (turned > _SAME_RAD)
-    different: NDArray[np.bool_] = moved | (leds != leds[best]).any(axis=1)
+    same_led = leds[:, :, None] == leds[best]
+    same_spot = spots[:, :, None] == spots[best]
+    relabelled = (leds != leds[best]).any(axis=1) & (same_led != same_spot).any(axis=(1, 2))
+    different: NDArray[np.bool_] = moved | relabelled
     return different

@@ -2,13 +2,17 @@
 
 The centre of a spot is its intensity-weighted centroid in a small patch around its peak, with
 background and noise subtracted. Rejected are hot pixels (too little light for their peak),
-reflections, lamps and overlapping spots (too wide), and spots cut off by the border of the image.
+overlapping spots (too wide), and spots cut off by the border of the image.
+
+A spot as this lens makes it of a point, on the background of the whole image, is measured at once.
+What is not like that is measured against its own surround by `local_spots`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat, starmap
 import math
 from typing import NamedTuple
 
@@ -18,6 +22,23 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
+from goalreach_perception.local_spots import (
+    ALONE,
+    LIKELY,
+    NARROW_SIGMA_PX,
+    TRACKED,
+    Corner,
+    Image,
+    LocalSpotMeter,
+    Window,
+    brighter_than,
+    brightest_pixel,
+    cut_patches,
+    cut_window,
+    moment_sums,
+    peaks_that_stand_out,
+    stand_out,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +63,11 @@ class DetectionConfig(Configuration):
     window_half_px: int = parameter(
         20, 'Smallest half-width of a tracking window, px (chosen)', within=(8, 100)
     )
+    longest_exposure_s: float = parameter(
+        0.02,
+        'Longest exposure, s: in that time a moving image draws a spot out to a line (chosen)',
+        within=(0.0, 0.2),
+    )
 
 
 class Spots(NamedTuple):
@@ -60,6 +86,12 @@ class Spots(NamedTuple):
     peaks_dn: list[int]
     bright: list[bool]
     led_like: list[bool]
+
+    @classmethod
+    def unknown(cls, count: int) -> Spots:
+        """Return spots of which nothing is known."""
+        no, at_px = [False] * count, np.zeros((count, 2))
+        return cls(at_px, np.array([1.0] * count), [0] * count, no, no.copy())
 
     def select(self, rows: list[int]) -> Spots:
         """Return some of the spots."""
@@ -84,8 +116,6 @@ class Spots(NamedTuple):
         )
 
 
-Image = NDArray[np.uint8]
-
 _BACKGROUND_ROWS = 4
 """Number of evenly spaced rows the background is averaged over. Chosen: a bright LED in one of
 them, 640 pixels wide, raises it by a third of a grey value."""
@@ -99,18 +129,33 @@ _WIDEST = 2.0
 _WIDEST_SATURATED = 9.0
 """Largest variance of a spot over that of the lens. Chosen: an LED 0.35 m away, far into
 saturation, has 7.5; one that is not saturated at most 1.1."""
-_MAXIMUM_BRIGHT = 6000
+_MAXIMUM_BRIGHT = 1500
 """An image with more bright pixels is overexposed. Chosen."""
-_WORD = 8
+_NARROW = 0.3
+"""A spot of less variance, relative to the lens, is sampled too coarsely. Chosen."""
+_LEAST_NOISE = 6.0
+"""Least contrast of what may be a spot, in sigmas of the noise. Chosen."""
+_SAME_BACKGROUND = 2.0
+"""Backgrounds closer than this are the same, in sigmas of the noise. Chosen."""
+_SMOOTH_PX = (3, 3)
+_LOCAL_CANDIDATES = 16
+"""Most places of an uneven frame that are measured. Chosen."""
+
+
+class _Frame(NamedTuple):
+    """An image, its background or NaN, the longest line of a spot, and what measures there."""
+
+    image: Image
+    background_dn: float
+    streak_px: float
+    meter: LocalSpotMeter
 
 
 class SpotDetector:
     """Finds LEDs in mono8 images.
 
-    Args:
-        config: The thresholds.
-        spot_sigma_px: Width of the lens's point-spread function (1 sigma).
-        read_noise_dn: Noise of a pixel, grey values (1 sigma).
+    Where the last windows had an uneven background, those of the next image are measured against
+    their surround at once.
     """
 
     def __init__(
@@ -123,8 +168,18 @@ class SpotDetector:
         self._light_per_peak = 2.0 * math.pi * spot_sigma_px**2
         self._variance_px2 = spot_sigma_px**2
         self._border = math.ceil(3.0 * spot_sigma_px)
+        self._is_uneven = False
         radii = (self._near, self._radius)
-        self._sums = {radius: _moment_sums(radius, self._near) for radius in radii}
+        self._sums = {radius: moment_sums(radius, self._near) for radius in radii}
+        self._least_dn, self._narrow_px2 = config.minimum_peak_dn, _NARROW * self._variance_px2
+        sigma_px, noise_dn = config.centroid_sigma_px, self._noise_dn
+        self._sampling_px = sigma_px
+        self._meters = {
+            repeated: LocalSpotMeter(
+                centroid_sigma_px=sigma_px, noise_dn=noise_dn, repeated=repeated
+            )
+            for repeated in (ALONE, TRACKED)
+        }
 
     def background_dn(self, image: Image) -> float:
         """Return the background of a frame from a few of its rows, grey values."""
@@ -138,103 +193,170 @@ class SpotDetector:
         halves_px: Sequence[int],
         *,
         skip_px: Sequence[Sequence[float]] = (),
+        streak_px: float = 0.0,
     ) -> Spots:
-        """Find the brightest spot of each window.
+        """Find the brightest spot of each window; `bright` and `led_like` are false without one.
 
         Args:
             image: (height, width) grey values.
             centres_px: Centre (u, v) of each window.
             halves_px: Half-width of each.
             skip_px: A spot (u, v) to ignore in each window; empty to ignore none.
-
-        Returns:
-            One spot per window; `bright` and `led_like` are false where there is none.
+            streak_px: Longest line that motion may draw a spot out to.
         """
-        height, width = image.shape
-        corners: list[tuple[int, int]] = []
-        for index, ((u, v), half) in enumerate(zip(centres_px, halves_px, strict=True)):
-            left, top = max(0, int(u) - half), max(0, int(v) - half)
-            window = image[top : max(0, int(v) + half + 1), left : max(0, int(u) + half + 1)]
-            if window.size == 0 or left >= width or top >= height:
-                corners.append((-1, -1))
+        was_uneven, self._is_uneven = self._is_uneven, False
+        background_dn = math.nan if was_uneven else self.background_dn(image)
+        windows = [*map(cut_window, repeat(image), centres_px, halves_px)]
+        windows[: len(skip_px)] = map(self._masked, windows, skip_px)
+        corners = [*starmap(brightest_pixel, windows)]
+        if was_uneven:
+            rows, spots = [*range(len(corners))], Spots.unknown(len(corners))
+        else:
+            spots, sure = self._refine(image, corners, background_dn)
+            if all(sure):
+                return spots
+            least_dn = background_dn + _LEAST_NOISE * self._noise_dn
+            rows = [k for k, peak in enumerate(spots.peaks_dn) if not sure[k] and peak > least_dn]
+        frame = _Frame(image, background_dn, streak_px, self._meters[TRACKED])
+        for row in (rows := self._measure(frame, spots, corners, rows)):
+            smooth = cv2.blur(windows[row][0], _SMOOTH_PX)
+            corners[row] = brightest_pixel(stand_out(smooth), *windows[row][1:])
+        likely = frame.meter.outstanding(image, [corners[row] for row in rows])
+        self._measure(frame, spots, corners, [rows[k] for k in likely])
+        return spots
+
+    def _masked(self, window: Window, skip_px: Sequence[float]) -> Window:
+        """Return a copy of a window with one spot masked by the least of its grey values."""
+        pixels, left, top = window
+        pixels, u, v = pixels.copy(), int(skip_px[0] - left), int(skip_px[1] - top)
+        rows = slice(max(0, v - self._radius), v + self._radius + 1)
+        masked = pixels[rows, max(0, u - self._radius) : u + self._radius + 1]
+        if masked.size:
+            masked[:] = pixels.min()
+        return pixels, left, top
+
+    def _measure(
+        self, frame: _Frame, spots: Spots, corners: list[Corner], rows: list[int]
+    ) -> list[int]:
+        """Measure some spots against their surround, in place; return those not like an LED.
+
+        A spot that was like an LED stays as it is where its surround is the background.
+        """
+        if not rows:
+            return rows
+        found = frame.meter.measure(frame.image, [corners[row] for row in rows], frame.streak_px)
+        for row, local in zip(rows, found, strict=True):
+            same = local.even and self._is_background(local.background_dn, frame)
+            if spots.led_like[row] and same:
                 continue
-            if skip_px:
-                window = self._masked(window, skip_px[index][0] - left, skip_px[index][1] - top)
-            _, _, _, place = cv2.minMaxLoc(window)
-            corners.append((left + place[0], top + place[1]))
-        return self._refine(image, corners, self.background_dn(image))
+            self._is_uneven |= local.led_like and not same
+            spots.led_like[row] = local.led_like
+            spots.bright[row] = spots.bright[row] or local.bright
+            if local.led_like:
+                spots.pixels_px[row] = local.u_px, local.v_px
+                spots.sigmas_px[row], spots.peaks_dn[row] = local.sigma_px, round(local.peak_dn)
+        return [row for row in rows if not spots.led_like[row]]
 
-    def _masked(self, window: Image, u: float, v: float) -> Image:
-        """Return a copy of a window with one spot masked."""
-        window = window.copy()
-        top, left = max(0, int(v) - self._radius), max(0, int(u) - self._radius)
-        window[top : int(v) + self._radius + 1, left : int(u) + self._radius + 1] = 0
-        return window
+    def _is_background(self, surround_dn: float, frame: _Frame) -> bool:
+        """Return whether a surround is the background of a frame, which is read when needed."""
+        known = not math.isnan(frame.background_dn)
+        background_dn = frame.background_dn if known else self.background_dn(frame.image)
+        return abs(surround_dn - background_dn) <= _SAME_BACKGROUND * self._noise_dn
 
-    def in_frame(self, image: Image) -> Spots:
+    def in_frame(self, image: Image, *, streak_px: float = 0.0) -> Spots:
         """Find the brightest LED-like spots of a whole frame, brightest first.
 
         Returns:
-            At most `maximum_spots` LED-like spots; none if the image is overexposed.
+            At most `maximum_spots` LED-like spots.
         """
-        background_dn = self.background_dn(image)
-        level_dn = background_dn + max(self._config.minimum_peak_dn, 6.0 * self._noise_dn)
-        places = _brighter_than(image, min(level_dn, 255.0))
-        if not 0 < len(places) <= _MAXIMUM_BRIGHT:
-            return self._refine(image, [], background_dn)
+        frame = _Frame(image, self.background_dn(image), streak_px, self._meters[ALONE])
+        level_dn = frame.background_dn + _LEAST_NOISE * self._noise_dn
+        places = brighter_than(image, min(level_dn, 255.0), _MAXIMUM_BRIGHT)
+        corners: list[Corner] = []
+        if len(places) <= _MAXIMUM_BRIGHT:
+            corners = self._brightest(image, places, 2 * self._config.maximum_spots)
+        spots, sure = self._refine(image, corners, frame.background_dn)
+        is_lit = len(places) > _MAXIMUM_BRIGHT
+        if is_lit or not all(sure):
+            known = spots.select([k for k, is_led in enumerate(sure) if is_led])
+            spots = self._uneven(frame, known, 1.0 if is_lit else LIKELY)
+        return spots.select([*range(len(spots.peaks_dn))][: self._config.maximum_spots])
+
+    def _brightest(self, image: Image, places: NDArray[np.intp], count: int) -> list[Corner]:
+        """Return the brightest of some pixels, each apart from the others."""
         values = image[places[:, 1], places[:, 0]].astype(np.int16)
-        corners: list[tuple[int, int]] = []
-        while len(corners) < 2 * self._config.maximum_spots:
+        corners: list[Corner] = []
+        while len(values) and len(corners) < count:
             best = int(values.argmax())
             if values[best] < 0:
                 break
             u, v = places[best]
             corners.append((int(u), int(v)))
             values[np.abs(places - places[best]).max(axis=1) <= self._radius] = -1
-        spots = self._refine(image, corners, background_dn)
-        rows = [row for row, good in enumerate(spots.led_like) if good]
-        return spots.select(rows[: self._config.maximum_spots])
+        return corners
 
-    def _refine(self, image: Image, corners: list[tuple[int, int]], background_dn: float) -> Spots:
-        """Return the centroids of patches around peaks, and test their shape.
+    def _uneven(self, frame: _Frame, known: Spots, part: float) -> Spots:
+        """Return the spots of a frame with an uneven background, or of LEDs that are no points."""
+        corners = peaks_that_stand_out(frame.image, _LOCAL_CANDIDATES, 0.25 * self._least_dn)
+        corners = [*frame.meter.outstanding(frame.image, corners, part).values()]
+        spots, _ = self._refine(frame.image, corners, frame.background_dn)
+        self._measure(frame, spots, corners, [*range(len(corners))])
+        spots = known.concatenated(spots)
+        leds = [row for row, is_led in enumerate(spots.led_like) if is_led]
+        rows: list[int] = []
+        for row in sorted(leds, key=lambda k: -spots.peaks_dn[k]):
+            apart_px = np.abs(spots.pixels_px[rows] - spots.pixels_px[row]).max(axis=1)
+            if (apart_px > self._near).all():
+                rows.append(row)
+        return spots.select(rows)
+
+    def _refine(
+        self, image: Image, corners: list[Corner], background_dn: float
+    ) -> tuple[Spots, list[bool]]:
+        """Return the centroids of patches around peaks, test their shape and their surround.
 
         A spot is cut off if its edge, at twice its standard deviation for a disc of light, lies
         beyond the border. Read noise displaces a centroid by noise / peak for any width of the
         spot, as measured on rendered spots (the Cramer-Rao bound of a Gaussian spot is
         sqrt(2 / pi) of that).
         """
-        count = len(corners)
         height, width = image.shape
         pixels: list[tuple[float, float]] = []
+        sigmas: list[float] = []
+        good: list[bool] = []
+        clean: list[bool] = []
+        noise_dn, narrow_px2, least_px = self._noise_dn, self._narrow_px2, self._border
         peaks = [int(image[v, u]) if u >= 0 else 0 for u, v in corners]
         moments = self._moments(image, corners, peaks, background_dn)
-        good = [False] * count
-        for index, ((u, v), peak, row) in enumerate(zip(corners, peaks, moments, strict=True)):
-            light, sum_u, sum_v, sum_2 = row[4:] if peak >= _SATURATED_DN else row[:4]
-            light = max(light, 1e-3)
+        for (u, v), peak, row in zip(corners, peaks, moments, strict=True):
+            light, sum_u, sum_v, sum_2, border = row[5:] if peak >= _SATURATED_DN else row[:5]
+            light = light or 1e-3
+            contrast = peak - background_dn
             shift_u, shift_v = sum_u / light, sum_v / light
             u_px, v_px = u + shift_u, v + shift_v
             pixels.append((u_px, v_px))
             variance = 0.5 * (sum_2 / light - shift_u * shift_u - shift_v * shift_v)
-            reach = max(self._border, 2.0 * math.sqrt(max(variance, 0.0)) + 1.0)
+            reach = max(least_px, 2.0 * math.sqrt(max(variance, 0.0)) + 1.0)
             inside = reach <= u_px <= width - 1 - reach and reach <= v_px <= height - 1 - reach
-            good[index] = inside and self._is_led_like(peak, peak - background_dn, light, variance)
-        sampling_px = self._config.centroid_sigma_px
-        contrasts = [peak - background_dn for peak in peaks]
-        sigmas = [math.hypot(sampling_px, self._noise_dn / max(c, 1.0)) for c in contrasts]
-        bright = [contrast >= self._config.minimum_peak_dn for contrast in contrasts]
-        return Spots(np.array(pixels).reshape(-1, 2), np.array(sigmas), peaks, bright, good)
+            is_led = inside and self._is_led_like(peak, contrast, light, variance)
+            good.append(is_led)
+            clean.append(is_led and border == 0.0)
+            sampling = NARROW_SIGMA_PX if variance < narrow_px2 else self._sampling_px
+            sigmas.append(math.hypot(sampling, noise_dn / max(contrast, 1.0)))
+        bright = [peak >= background_dn + self._least_dn for peak in peaks]
+        spots = Spots(np.array(pixels).reshape(-1, 2), np.array(sigmas), peaks, bright, good)
+        return spots, clean
 
     def _moments(
         self,
         image: Image,
-        corners: list[tuple[int, int]],
+        corners: list[Corner],
         peaks_dn: list[int],
         background_dn: float,
     ) -> list[list[float]]:
-        """Return the moments of the light around each peak; in a larger patch if saturated."""
+        """Return the `moment_sums` around each peak; of a larger patch if one is saturated."""
         radius = self._radius if max(peaks_dn, default=0) >= _SATURATED_DN else self._near
-        patches = _patches(image, corners, radius)
+        patches = cut_patches(image, corners, radius)
         patches -= background_dn + _NOISE_LEVEL * self._noise_dn
         np.maximum(patches, 0.0, out=patches)
         moments: list[list[float]] = patches.dot(self._sums[radius]).tolist()
@@ -248,56 +370,8 @@ class SpotDetector:
         A Gaussian reduced by the fraction q of its peak keeps 1 - q + q ln q of its light.
         """
         cut = _NOISE_LEVEL * self._noise_dn / max(contrast_dn, 1e-3)
-        if contrast_dn < self._config.minimum_peak_dn or cut >= 1.0:
+        if contrast_dn < self._least_dn or cut >= 1.0:
             return False
         expected = self._light_per_peak * contrast_dn * (1.0 - cut + cut * math.log(cut))
         widest = _WIDEST_SATURATED if peak_dn >= _SATURATED_DN else _WIDEST
         return light >= _HOT_PIXEL_SHARE * expected and variance_px2 <= widest * self._variance_px2
-
-
-def _brighter_than(image: Image, level_dn: float) -> NDArray[np.intp]:
-    """Return the (n, 2) pixels (u, v) above a level, row by row; only some if there are too many.
-
-    Eight pixels are tested at a time, since nearly all are dark.
-    """
-    _, mask = cv2.threshold(image, level_dn, 1, cv2.THRESH_BINARY)
-    pixels: NDArray[np.intp]
-    flat = np.asarray(mask).reshape(-1)
-    if flat.size % _WORD:
-        pixels = np.flatnonzero(flat)
-    else:
-        words = np.flatnonzero(flat.view(np.uint64))[: _MAXIMUM_BRIGHT + 1]
-        pixels = (_WORD * words[:, None] + np.arange(_WORD)).reshape(-1)
-        pixels = pixels[flat[pixels] > 0]
-    v, u = np.divmod(pixels, image.shape[1])
-    return np.stack([u, v], axis=1)
-
-
-def _patches(image: Image, corners: list[tuple[int, int]], radius: int) -> NDArray[np.float32]:
-    """Return the flat patches around pixels (u, v), zero outside the image."""
-    size = 2 * radius + 1
-    height, width = image.shape
-    patches = np.zeros((len(corners), size, size), dtype=np.float32)
-    for index, (u, v) in enumerate(corners):
-        left, top = u - radius, v - radius
-        if left >= 0 and top >= 0 and left + size <= width and top + size <= height:
-            patches[index] = image[top : top + size, left : left + size]
-        elif u >= 0:
-            part = image[max(top, 0) : top + size, max(left, 0) : left + size]
-            row, column = max(-top, 0), max(-left, 0)
-            patches[index, row : row + part.shape[0], column : column + part.shape[1]] = part
-    return patches.reshape(len(corners), size * size)
-
-
-def _moment_sums(radius: int, near: int) -> NDArray[np.float32]:
-    """Return the matrix that maps a flat patch to its moments 1, u, v, u^2 + v^2.
-
-    The first four columns cover the inner part of the patch; the last four, only for a larger
-    patch, cover all of it.
-    """
-    axis = np.arange(-radius, radius + 1, dtype=np.float64)
-    v, u = np.meshgrid(axis, axis, indexing='ij')
-    whole = np.stack([np.ones_like(u), u, v, u * u + v * v], axis=-1)
-    inner = whole * ((np.abs(u) <= near) & (np.abs(v) <= near))[..., None]
-    columns = [inner] if radius == near else [inner, whole]
-    return np.concatenate(columns, axis=-1, dtype=np.float32).reshape(len(axis) ** 2, -1)

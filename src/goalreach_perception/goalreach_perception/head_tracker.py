@@ -1,15 +1,18 @@
 """Control of turret, pan and tilt: centre the landmarks, or search for them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 import math
 
 from goalreach_msgs_py.angles import deg, wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import Configuration, parameter
+from goalreach_msgs_py.tags import CORNERS
+from goalreach_msgs_py.topics import HEAD_JOINTS
 from goalreach_msgs_py.values import HeadAngles
-from goalreach_perception.measurement_model import Lens
+from goalreach_perception.measurement_model import HEADING, PAN_BIAS, TILT_BIAS, Lens
+from goalreach_perception.pose_filter import PoseFilter
 
 _RIGHT_ANGLE = math.pi / 2
 
@@ -73,6 +76,9 @@ class HeadConfig(Configuration):
 
 
 _AT_END_RAD = math.radians(4.0)
+_SLOW_LEAD_RAD = math.radians(5.0)
+"""How far ahead the turret is sent after a fruitless turn at each tilt. Chosen: it then turns at
+20 to 40 deg/s, and an exposure of 20 ms draws a spot out to 4 to 8 pixels."""
 
 
 class HeadSearch:
@@ -81,10 +87,7 @@ class HeadSearch:
     The turret turns in one direction. Pan first moves to its end against that direction, then to
     its end in it, and stays there: with the motors of a Nomad 200 all azimuths are scanned within
     three seconds, and again with every turn of the turret. After a little more than a turn the
-    tilt alternates between low and high; high is for near LEDs.
-
-    Args:
-        config: Ranges and parameters.
+    tilt alternates between low and high; high is for near LEDs. After both, the turret slows down.
     """
 
     def __init__(self, config: HeadConfig) -> None:
@@ -99,11 +102,7 @@ class HeadSearch:
         self._turned_rad = 0.0
 
     def step(self, joints: HeadAngles) -> HeadAngles:
-        """Return the next joint targets of the scan.
-
-        Args:
-            joints: Encoder readings.
-        """
+        """Return the next joint targets of the scan."""
         config = self._config
         limit = config.pan_limit_rad
         if self._turret_sign == 0.0:
@@ -115,8 +114,10 @@ class HeadSearch:
         self._turned_rad += abs(turned)
         self._last_turret_rad = joints.turret_rad
         high = self._turned_rad % (2.0 * config.search_turn_rad) > config.search_turn_rad
+        slow = self._turned_rad > 2.0 * config.search_turn_rad
+        lead_rad = _SLOW_LEAD_RAD if slow else config.search_lead_rad
         return HeadAngles(
-            turret_rad=joints.turret_rad + self._turret_sign * config.search_lead_rad,
+            turret_rad=joints.turret_rad + self._turret_sign * lead_rad,
             pan_rad=(1.0 if self._towards_end else -1.0) * self._turret_sign * limit,
             tilt_rad=config.clip_tilt(
                 config.search_high_tilt_rad if high else config.search_tilt_rad
@@ -124,8 +125,23 @@ class HeadSearch:
         )
 
 
+class PanSearch(HeadSearch):
+    """Scans with a head without a turret: pan goes from end to end, low and high in turn."""
+
+    def step(self, joints: HeadAngles) -> HeadAngles:
+        """Return the next joint targets of the scan."""
+        config, limit = self._config, self._config.pan_limit_rad
+        self._turret_sign = self._turret_sign or (-1.0 if joints.pan_rad > 0.0 else 1.0)
+        if joints.pan_rad * self._turret_sign > limit - _AT_END_RAD:
+            self._turret_sign = -self._turret_sign
+            self._towards_end = not self._towards_end
+        tilt_rad = config.search_high_tilt_rad if self._towards_end else config.search_tilt_rad
+        pan_rad = self._turret_sign * limit
+        return HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=config.clip_tilt(tilt_rad))
+
+
 _WIDER_RAD = deg(5.0)
-"""Hysteresis: how much wider another pair of LEDs must be to replace the current one. Chosen."""
+"""Hysteresis: how much wider another set of LEDs must be to replace the current one. Chosen."""
 _ENTRY_SLACK = 0.96
 """Hysteresis: another set of LEDs must fit into this fraction of the image. Chosen."""
 _LEAST_DEPTH_M = 0.01
@@ -135,16 +151,25 @@ class HeadTracker:
     """Computes joint targets, one set per image.
 
     While tracking, the turret goes to the azimuth of the landmarks and the pan joint compensates
-    for the lag of the slow turret, so that pan stays near zero.
+    for the lag of the slow turret, so that pan stays near zero. Without a turret pan does it all,
+    and only LEDs within its range count.
 
     Args:
         config: Ranges and parameters.
+        joints: Names of the joints that the head has.
+        tags: Number of tags, whose corners are the last landmarks; it aims at their centres.
     """
 
-    def __init__(self, config: HeadConfig) -> None:
+    def __init__(
+        self, config: HeadConfig, joints: Sequence[str] = HEAD_JOINTS, tags: int = 0
+    ) -> None:
+        self._tags = tags
+        if 'tilt_joint' not in joints:
+            config = replace(config, tilt_minimum_rad=0.0, tilt_maximum_rad=0.0)
         self._config = config
+        self._has_turret = 'turret_joint' in joints
         self._centred_leds: tuple[int, ...] = ()
-        self._search = HeadSearch(config)
+        self._search = HeadSearch(config) if self._has_turret else PanSearch(config)
         self._last_azimuth_rad: float | None = None
 
     def restart_search(self) -> None:
@@ -156,6 +181,44 @@ class HeadTracker:
         self._centred_leds = ()
         self._last_azimuth_rad = None
         return self._search.step(joints)
+
+    def follow(
+        self,
+        state: PoseFilter,
+        read: HeadAngles,
+        joints: HeadAngles,
+        lens: Lens,
+        held: Sequence[int],
+    ) -> HeadAngles:
+        """Return joint targets by the estimate of the last image.
+
+        Args:
+            state: The filter.
+            read: Encoder readings.
+            joints: Those of a head that looks as the camera does.
+            lens: The lens.
+            held: Landmarks to centre even if another set fits better.
+        """
+        offsets_m: Sequence[Sequence[float]] = state.led_offsets_m
+        if self._tags:
+            leds = len(offsets_m) - CORNERS * self._tags
+            corners = offsets_m[leds:]
+            pairs = zip(corners[::CORNERS], corners[2::CORNERS], strict=True)
+            centres = [[0.5 * (a + b) for a, b in zip(*pair, strict=True)] for pair in pairs]
+            offsets_m = [*offsets_m[:leds], *centres]
+            held = [min(k, leds + (k - leds) // CORNERS) for k in held]
+        aimed = self.track(
+            joints,
+            heading_rad=float(state.mean[HEADING]),
+            offsets_m=offsets_m,
+            biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
+            lens=lens,
+            hold=tuple(dict.fromkeys(held)),
+        )
+        if joints is read:
+            return aimed
+        pan_rad, tilt_rad = joints.pan_rad - read.pan_rad, joints.tilt_rad - read.tilt_rad
+        return replace(aimed, pan_rad=aimed.pan_rad - pan_rad, tilt_rad=aimed.tilt_rad - tilt_rad)
 
     def track(
         self,
@@ -182,7 +245,7 @@ class HeadTracker:
             self._centred_leds = hold
             azimuth, tilt, _, _ = self._centre([offsets_m[i] for i in hold])
         else:
-            azimuth, tilt = self.centre_leds(offsets_m, lens)
+            azimuth, tilt = self.centre_leds(offsets_m, lens, heading_rad)
         turret_azimuth = heading_rad + joints.turret_rad
         turning = 0.0
         if self._last_azimuth_rad is not None:
@@ -196,19 +259,27 @@ class HeadTracker:
             tilt_rad=self._config.clip_tilt(tilt - biases_rad[1]),
         )
 
-    def centre_leds(self, offsets_m: Sequence[Sequence[float]], lens: Lens) -> tuple[float, float]:
-        """Return azimuth and tilt that centre all LEDs, or else the widest pair that fits.
+    def centre_leds(
+        self, offsets_m: Sequence[Sequence[float]], lens: Lens, heading_rad: float = 0.0
+    ) -> tuple[float, float]:
+        """Return azimuth and tilt that centre all LEDs, or else the most that fit, widely apart.
 
         Args:
             offsets_m: (n, 3) estimated LED minus optical centre in `map`.
             lens: The lens.
+            heading_rad: Estimated heading, from which pan counts where there is no turret.
         """
         azimuths = [math.atan2(y, x) for x, y, _ in offsets_m]
+        everything = tuple(range(len(azimuths)))
+        if not self._has_turret:
+            turns = [abs(wrap_angle(azimuth - heading_rad)) for azimuth in azimuths]
+            limit = self._config.pan_limit_rad
+            everything = tuple(i for i in everything if turns[i] <= limit) or everything
         fx, fy, cx, cy = lens.intrinsics
         margin = self._config.view_margin_px
         half_u, half_v = (cx - margin) / fx, (cy - margin) / fy
         best: tuple[float, float] | None = None
-        for leds in self._ordered(azimuths):
+        for leds in self._ordered(azimuths, everything):
             azimuth, tilt, reach_u, reach_v = self._centre([offsets_m[i] for i in leds])
             best = best or (azimuth, tilt)
             slack = 1.0 if leds == self._centred_leds else _ENTRY_SLACK
@@ -218,18 +289,23 @@ class HeadTracker:
         self._centred_leds = ()
         return best or (0.0, 0.0)
 
-    def _ordered(self, azimuths: Sequence[float]) -> Iterator[tuple[int, ...]]:
-        """Yield sets of LEDs by preference: all, pairs from wide to narrow, single ones."""
-        everything = tuple(range(len(azimuths)))
+    def _ordered(
+        self, azimuths: Sequence[float], everything: tuple[int, ...]
+    ) -> Iterator[tuple[int, ...]]:
+        """Yield sets of LEDs by preference: all, then fewer neighbours, from wide to narrow."""
         yield everything
-        pairs = []
-        for i, j in combinations(everything, 2):
-            width = abs(wrap_angle(azimuths[j] - azimuths[i]))
-            pairs.append((width + _WIDER_RAD * ((i, j) == self._centred_leds), i, j))
-        for _, i, j in sorted(pairs, reverse=True):
-            yield i, j
+        around = sorted(everything, key=azimuths.__getitem__) * 2
+        for size in range(len(everything) - 1, 1, -1):
+            runs = {tuple(sorted(around[k : k + size])) for k in range(len(everything))}
+            widths = {run: self._width(run, azimuths) for run in runs}
+            yield from sorted(runs, key=lambda run: (widths[run], run), reverse=True)
         for i in everything:
             yield (i,)
+
+    def _width(self, leds: tuple[int, ...], azimuths: Sequence[float]) -> float:
+        """Return the largest angle between two LEDs, more for those that are centred now."""
+        widths = (abs(wrap_angle(azimuths[j] - azimuths[i])) for i, j in combinations(leds, 2))
+        return max(widths) + _WIDER_RAD * (leds == self._centred_leds)
 
     def _centre(self, places_m: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
         """Return azimuth and tilt that centre given LEDs, and their extent from the centre.

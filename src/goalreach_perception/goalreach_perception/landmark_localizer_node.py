@@ -2,24 +2,39 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from rclpy.qos import DurabilityPolicy
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
+from goalreach_msgs_py.alignment import (
+    InputAligner,
+    Interpolation,
+    Sample,
+    interpolate_head,
+    interpolate_odometry,
+)
 from goalreach_msgs_py.cdr import MessageError
-from goalreach_msgs_py.inputs import StampSynchronizer
+from goalreach_msgs_py.image_messages import decoded_image_from_raw, image_from_raw
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_from_raw
 from goalreach_msgs_py.ros.messaging import (
+    LATCHED_QOS,
     NEWEST_QOS,
     RELIABLE_QOS,
+    SAMPLES_QOS,
     SENSOR_QOS,
+    AlignedInputs,
     InputReporter,
     StampedReply,
+    advertise,
+    frame_prefix,
+    resolved_name,
     subscribe_raw,
 )
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
@@ -29,12 +44,12 @@ from goalreach_msgs_py.sensor_messages import (
     camera_from_raw,
     head_from_raw,
     head_to_raw,
-    image_from_raw,
     landmarks_to_raw,
 )
 from goalreach_msgs_py.topics import (
     CAMERA_INFO,
     HEAD_COMMAND,
+    HEAD_KINDS,
     IMAGE,
     JOINT_STATES,
     LANDMARK_MARKERS,
@@ -43,19 +58,13 @@ from goalreach_msgs_py.topics import (
     POSE,
 )
 from goalreach_perception.localizer import LandmarkLocalizer
-from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.localizer_output import LocalizerOutput
+from goalreach_perception.localizer_config import InputConfig, LocalizerConfig
+from goalreach_perception.localizer_output import AT_REST, LocalizerOutput
 from goalreach_perception.ros.image_markers import image_markers
 from goalreach_perception.sensor_monitor import SensorMonitor
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
-_FROM_RAW: dict[str, Callable[[bytes], object]] = {
-    IMAGE: image_from_raw,
-    CAMERA_INFO: camera_from_raw,
-    JOINT_STATES: head_from_raw,
-    ODOM: odometry_from_raw,
-}
 
 
 class LandmarkLocalizerNode(Node):
@@ -64,40 +73,81 @@ class LandmarkLocalizerNode(Node):
     Publishes: `/pose`, `/landmarks` and `/head/command` with the stamp of the image;
     `/landmarks/markers` while it has subscribers; `/diagnostics`; `/tf` (map to odom) if tf2_msgs
     is installed.
-    Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; processes a
-    stamp once all four have arrived.
-    Parameters: the fields of `LocalizerConfig`; `noise.*` may change at run time, which restarts
-    the localizer.
+    Subscribes: `/camera/image_raw`, `/camera/camera_info`, `/joint_states`, `/odom`; processes an
+    image with the odometry and the joint angles of its time (see `InputAligner`).
+    Parameters: the fields of `LocalizerConfig` and `InputConfig`; `noise.*` may change at run
+    time, which restarts the localizer.
     """
 
     def __init__(self) -> None:
         super().__init__(_NAME)
+        self._input_config = inputs = NodeConfig(self, InputConfig).value
+        self._joints = HEAD_KINDS[inputs.head]
         live = [f'noise.{field.name}' for field in fields(NoiseModel)]
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)
         self._on_config(config.value)
-        topics = [IMAGE, CAMERA_INFO, JOINT_STATES, ODOM]
-        self._inputs = StampSynchronizer(topics)
-        self._reporter = InputReporter(self, topics, self._inputs.missing)
         self._reply = StampedReply()
-        self._diagnostics = Diagnostics(self)
+        self._prefix = frame_prefix(self)
+        self._diagnostics = Diagnostics(self, self._reply)
         self._transforms = TransformPublisher(self)
-        self._pose = self.create_publisher(PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
-        self._landmarks = self.create_publisher(PolygonStamped, LANDMARKS, RELIABLE_QOS)
-        self._head = self.create_publisher(JointState, HEAD_COMMAND, RELIABLE_QOS)
-        self._markers = self.create_publisher(ImageMarker, LANDMARK_MARKERS, RELIABLE_QOS)
-        for message_type, topic, qos in (
-            (Image, IMAGE, NEWEST_QOS),
-            (CameraInfo, CAMERA_INFO, SENSOR_QOS),
-            (JointState, JOINT_STATES, RELIABLE_QOS),
-            (Odometry, ODOM, RELIABLE_QOS),
-        ):
-            subscribe_raw(self, message_type, topic, self._collector(topic), qos)
+        self._pose = advertise(self, PoseWithCovarianceStamped, POSE, RELIABLE_QOS)
+        self._landmarks = advertise(self, PolygonStamped, LANDMARKS, RELIABLE_QOS)
+        self._markers = advertise(self, ImageMarker, LANDMARK_MARKERS, RELIABLE_QOS)
+        self._readers: dict[str, Callable[[bytes], object]] = {
+            IMAGE: partial(image_from_raw, bits=inputs.image_bits),
+            CAMERA_INFO: camera_from_raw,
+            ODOM: odometry_from_raw,
+            JOINT_STATES: partial(head_from_raw, joints=self._joints),
+        }
+        followers: dict[str, Interpolation | None] = {
+            CAMERA_INFO: None,
+            ODOM: interpolate_odometry,
+            JOINT_STATES: interpolate_head,
+        }
+        if self._joints:
+            self._head = advertise(self, JointState, HEAD_COMMAND, RELIABLE_QOS)
+        else:
+            del self._readers[JOINT_STATES], followers[JOINT_STATES]
+        self._inputs = InputAligner(
+            IMAGE, followers, wait_s=inputs.input_wait_s, delay_s=self._camera_delay_s
+        )
+        missing = self._inputs.missing
+        suffixes = {IMAGE: '/compressed'} if inputs.image_transport == 'compressed' else {}
+        self._reporter = InputReporter(self, self._readers, missing, [CAMERA_INFO], suffixes)
+        self._aligned = AlignedInputs(self, self._inputs, self._process)
+        self._seeks_camera = True
+        self._subscribe()
+
+    def _subscribe(self) -> None:
+        image: tuple[type[Any], str] = (Image, IMAGE)
+        if self._input_config.image_transport == 'compressed':
+            self._readers[IMAGE] = decoded_image_from_raw
+            name = resolved_name(self, IMAGE).removeprefix(self.get_namespace().rstrip('/'))
+            image = (CompressedImage, f'{name}/compressed')
+        subscribe_raw(self, *image, self._collector(IMAGE), NEWEST_QOS)
+        collect = self._collector(CAMERA_INFO)
+        subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, SENSOR_QOS)
+        subscribe_raw(self, Odometry, ODOM, self._collector(ODOM), SAMPLES_QOS)
+        if self._joints:
+            collect = self._collector(JOINT_STATES)
+            subscribe_raw(self, JointState, JOINT_STATES, collect, SAMPLES_QOS)
+
+    def _find_latched_camera(self) -> None:
+        """Subscribe to a CameraInfo that was latched before this node was there."""
+        infos = self.get_publishers_info_by_topic(resolved_name(self, CAMERA_INFO))
+        if any(i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for i in infos):
+            self._seeks_camera = False
+            collect = self._collector(CAMERA_INFO)
+            qos, entity_id = LATCHED_QOS, 'latched'
+            subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, qos, entity_id=entity_id)
 
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
-        from_raw = _FROM_RAW[topic]
+        from_raw = self._readers[topic]
 
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._reporter.received(topic, stamp_ns)
+            if self._seeks_camera and not self._inputs.has(CAMERA_INFO):
+                self._find_latched_camera()
             try:
                 value = from_raw(raw)
             except MessageError as error:
@@ -105,17 +155,23 @@ class LandmarkLocalizerNode(Node):
                 self.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
                 self._diagnostics.tick(stamp_ns, line, dict, ok=False)
                 return
-            inputs = self._inputs.add(topic, stamp_ns, value)
-            if inputs is not None and self._reply.begin(stamp_ns):
-                self._process(stamp_ns, inputs)
+            self._aligned.add(topic, stamp_ns, value)
 
         return collect
 
     def _process(self, stamp_ns: int, inputs: Mapping[str, Any]) -> None:
-        image, camera, joints = inputs[IMAGE], inputs[CAMERA_INFO], inputs[JOINT_STATES]
-        odometry = inputs[ODOM]
+        if not self._reply.begin(stamp_ns):
+            return
+        image, camera, odometry = inputs[IMAGE], inputs[CAMERA_INFO], inputs[ODOM]
+        joints = inputs.get(JOINT_STATES, AT_REST)
+        own_clocks = not self._inputs.is_exact or self._camera_delay_s != 0.0
         output = self._localizer.process(
-            time_ns=stamp_ns, image=image, camera=camera, joints=joints, odometry=odometry
+            time_ns=stamp_ns,
+            image=image,
+            camera=camera,
+            joints=joints,
+            odometry=odometry,
+            sampled=self._sampled if own_clocks else None,
         )
         self._publish(stamp_ns, output)
         if output.mode == 'refused':
@@ -123,28 +179,30 @@ class LandmarkLocalizerNode(Node):
             self.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
             return
         for line in self._monitor.check(
-            time_ns=stamp_ns,
-            image=image,
-            camera=camera,
-            joints=joints,
-            odometry=odometry.pose,
-            output=output,
+            time_ns=stamp_ns, image=image, camera=camera, odometry=odometry.pose, output=output
         ):
             self.get_logger().info(line)
         if self._transforms.active and output.mode == 'tracking':
             correction = map_to_odom(stamp_ns, output.estimate.pose, odometry.pose)
             self._transforms.publish([correction])
 
+    def _sampled(self, time_ns: int) -> Sample:
+        at = self._inputs.follower_at
+        return at(JOINT_STATES, time_ns) if self._joints else AT_REST, at(ODOM, time_ns)
+
     def _on_config(self, config: LocalizerConfig) -> None:
-        self._localizer = LandmarkLocalizer(config)
+        self._localizer = LandmarkLocalizer(config, self._joints)
+        self._camera_delay_s = config.camera_delay_s
         self._monitor = SensorMonitor(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:
-        self._reply.send(self._pose, estimate_to_raw(output.estimate, stamp_ns))
-        self._reply.send(self._head, head_to_raw(self._localizer.head_command, stamp_ns))
-        self._reply.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns))
-        if self._markers.get_subscription_count():
-            self._markers.publish(image_markers(output.landmarks, stamp_ns))
+        prefix = self._prefix
+        self._reply.send(self._pose, estimate_to_raw(output.estimate, stamp_ns, prefix))
+        if self._joints:
+            command = self._localizer.head_command
+            self._reply.send(self._head, head_to_raw(command, stamp_ns, prefix, self._joints))
+        self._reply.send(self._landmarks, landmarks_to_raw(output.landmarks, stamp_ns, prefix))
+        self._reply.send(self._markers, lambda: image_markers(output.landmarks, stamp_ns, prefix))
         self._diagnostics.tick(
             stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
         )

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from goalreach_msgs_py.tags import CORNERS
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.detection import Image, SpotDetector, Spots
+from goalreach_perception.detection import SpotDetector, Spots
+from goalreach_perception.local_spots import Image
 from goalreach_perception.measurement_model import BEHIND_M, Optics
 from goalreach_perception.measurement_prediction import Prediction, innovation_distance2
 from goalreach_perception.pose_filter import PoseFilter
@@ -43,6 +45,17 @@ class MatchedLeds(NamedTuple):
         """LEDs, pixels and standard deviations, as `PoseFilter.correct` takes them."""
         return self.leds, self.pixels_px, self.spots.sigmas_px
 
+    def concatenated(self, other: MatchedLeds) -> MatchedLeds:
+        """Return these followed by others of the same image."""
+        if len(other.leds) == 0:
+            return self
+        return MatchedLeds(
+            np.concatenate([self.leds, other.leds]),
+            self.spots.concatenated(other.spots),
+            np.concatenate([self.pixels_px, other.pixels_px]),
+            self.expected + other.expected,
+        )
+
     def select(self, rows: list[int]) -> MatchedLeds:
         """Return some of the rows."""
         return MatchedLeds(
@@ -51,14 +64,15 @@ class MatchedLeds(NamedTuple):
 
 
 def correct_by(
-    state: PoseFilter, prediction: Prediction, found: MatchedLeds
+    state: PoseFilter, prediction: Prediction, found: MatchedLeds, led_count: int
 ) -> MatchedLeds | None:
-    """Correct a filter by the LEDs of an image, leaving out one that fails the joint gate.
+    """Correct a filter by the LEDs and tags of an image, without one that fails the joint gate.
 
     Args:
         state: The filter.
         prediction: Its prediction for this image.
-        found: The spots assigned to LEDs.
+        found: The spots assigned to LEDs, and the corners of tags.
+        led_count: Index of the first corner among the landmarks.
 
     Returns:
         The LEDs that corrected the filter; None if there are none or they fail the gate.
@@ -66,13 +80,16 @@ def correct_by(
     count = len(found.leds)
     if count == 0:
         return None
-    if state.correct(prediction, *found.measured) <= state.joint_gate:
+    if state.correct(prediction, *found.measured) <= state.joint_gate(count):
         return found
-    if count <= 2:  # noqa: PLR2004 - which of two is wrong is undecidable
+    beyond = found.leds - led_count
+    names = np.where(beyond < 0, beyond, beyond // CORNERS)
+    if count <= 2 or len(set(names)) == 1:  # noqa: PLR2004 - which of two is wrong is undecidable
         return None
-    parts = [found.select([row for row in range(count) if row != out]) for out in range(count)]
+    parts = [found.select(np.flatnonzero(names != name).tolist()) for name in set(names.tolist())]
     best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
-    return best if state.correct(prediction, *best.measured) <= state.joint_gate else None
+    fits = state.correct(prediction, *best.measured) <= state.joint_gate(len(best.leds))
+    return best if fits else None
 
 
 def find_predicted(
@@ -83,6 +100,7 @@ def find_predicted(
     optics: Optics,
     gate: float,
     window_half_px: int,
+    streak_px: float,
 ) -> MatchedLeds:
     """Detect LEDs in windows around their predicted pixels.
 
@@ -95,19 +113,17 @@ def find_predicted(
         optics: The lens.
         gate: Largest squared Mahalanobis distance of a spot, 2 degrees of freedom.
         window_half_px: Smallest half-width of a window.
+        streak_px: Longest line that motion may draw a spot out to.
     """
     leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
-    spots = detector.in_windows(image, centres, halves)
+    spots = detector.in_windows(image, centres, halves, streak_px=streak_px)
     pixels = optics.undistort(spots.pixels_px)
     near = _near(prediction, leds, spots, pixels.tolist(), gate)
     rows = [row for row in range(len(leds)) if spots.bright[row] and row not in near]
     if rows:
-        others = detector.in_windows(
-            image,
-            [centres[row] for row in rows],
-            [halves[row] for row in rows],
-            skip_px=spots.pixels_px[rows].tolist(),
-        )
+        again = [centres[row] for row in rows], [halves[row] for row in rows]
+        skip_px = spots.pixels_px[rows].tolist()
+        others = detector.in_windows(image, *again, skip_px=skip_px, streak_px=streak_px)
         spots = spots.concatenated(others)
         pixels = optics.undistort(spots.pixels_px)
         leds += [leds[row] for row in rows]
@@ -127,10 +143,10 @@ def _windows(
     depths = prediction.depth_m
     leds: list[int] = []
     halves: list[int] = []
-    expected = 0
+    expected, most = 0, max(shape)
     for led, (u, v) in enumerate(pixels):
         spread = _WINDOW_SIGMAS * math.sqrt(max(variances[2 * led], variances[2 * led + 1]))
-        if not (depths[led] > BEHIND_M and spread < max(shape)):
+        if not (depths[led] > BEHIND_M and spread < most):
             continue
         if -spread < u < width + spread and -spread < v < height + spread:
             leds.append(led)
@@ -138,6 +154,20 @@ def _windows(
             edge = spread + _BORDER_PX
             expected += edge < u < width - edge and edge < v < height - edge
     return leds, [pixels[led] for led in leds], halves, expected
+
+
+def tags_near(tags: MatchedLeds, prediction: Prediction, gate: float) -> MatchedLeds:
+    """Return the tags that are where they should be; the others are expected there.
+
+    Args:
+        tags: Corners of tags.
+        prediction: Predicted pixels.
+        gate: Largest squared Mahalanobis distance of a corner, 2 degrees of freedom.
+    """
+    leds, pixels = tags.leds.tolist(), tags.pixels_px.tolist()
+    near = set(_near(prediction, leds, tags.spots, pixels, gate))
+    whole = [row for row in near if near.issuperset(range(row - row % 4, row - row % 4 + 4))]
+    return tags.select(sorted(whole))
 
 
 def _near(

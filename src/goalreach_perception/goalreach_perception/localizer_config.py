@@ -1,46 +1,48 @@
-"""The configuration of the localizer as one value."""
+"""The configuration of the localizer as one value, and what its robot sends."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from goalreach_msgs_py.angles import deg, inches
-from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
+from goalreach_msgs_py.arena import Arena, ArenaConfig
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.parameters import Configuration, parameter
-from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.topics import HEAD_KINDS
 from goalreach_perception.association import AssociationConfig
 from goalreach_perception.detection import DetectionConfig, SpotDetector
 from goalreach_perception.head_tracker import HeadConfig
-from goalreach_perception.pose_filter import FilterConfig
 from goalreach_perception.pose_monitor import PoseMonitorConfig
+from goalreach_perception.process_model import FilterConfig, OdometryConfig
 
 _LEAST_COORDINATES = 9
 
 
 @dataclass(frozen=True, kw_only=True)
-class LocalizerConfig(Configuration):
+class LocalizerConfig(ArenaConfig):
     """Landmarks, expected errors and parameters of every part of the localizer."""
 
-    landmarks_m: tuple[float, ...] = parameter(
-        tuple(coordinate for led in DEFAULT_LANDMARKS_M for coordinate in led),
-        'Surveyed positions of the LEDs in `map`: x, y, z of each, m',
-        within=(-100.0, 100.0),
-    )
-    arena_width_m: float = parameter(
-        WIDTH_M, 'Arena size along x, m (the paper: 140 in)', within=(0.5, 100.0)
-    )
-    arena_length_m: float = parameter(
-        LENGTH_M, 'Arena size along y, m (the paper: 200 in)', within=(0.5, 100.0)
-    )
     camera_height_m: float = parameter(
         1.10, 'Nominal height of the optical centre, m (chosen)', within=(0.0, 10.0)
     )
+    camera_mount: tuple[float, ...] = parameter(
+        (),
+        'Optical centre in the last link of the head, m and rad: x forward, y left, z its height '
+        'above the floor at tilt 0; roll, pitch, yaw of the camera there. Empty: on the vertical '
+        'axis at camera_height_m, level',
+        within=(-100.0, 100.0),
+    )
+    camera_delay_s: float = parameter(
+        0.0,
+        'How much later than the middle of the exposure the stamps of the images are, as far as '
+        'known, s; poses are moved on to the stamp by odometry',
+        within=(-1.0, 1.0),
+    )
     calibrate: bool = parameter(
-        True, 'Estimate LED positions, camera height and focal length while driving'
+        True,
+        'Estimate LEDs, camera height, focal length and place of the lens while driving, and the '
+        'delay of the camera where odometry and joints have stamps of their own',
     )
     robot_speed_m_per_s: float = parameter(
         inches(24.0), 'Fastest the robot drives, m/s (Nomad 200: 24 in/s)', within=(0.01, None)
@@ -52,31 +54,31 @@ class LocalizerConfig(Configuration):
     detection: DetectionConfig = field(default_factory=DetectionConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filter: FilterConfig = field(default_factory=FilterConfig)
+    odometry: OdometryConfig = field(default_factory=OdometryConfig)
     watch: PoseMonitorConfig = field(default_factory=PoseMonitorConfig)
-    head: HeadConfig = field(default_factory=HeadConfig)
+    tracking: HeadConfig = field(default_factory=HeadConfig)
 
     def __post_init__(self) -> None:
-        """Check every field, and that the coordinates are triples."""
+        """Check every field, and that there are landmarks enough."""
         super().__post_init__()
-        if len(self.landmarks_m) < _LEAST_COORDINATES or len(self.landmarks_m) % 3:
-            raise ConfigurationError(
-                'landmarks_m', self.landmarks_m, 'x, y, z of each of at least three LEDs'
-            )
+        if not self.leds and not self.tags:
+            raise ConfigurationError('leds', self.leds, 'on where there are no tags')
+        if len(self.landmarks_m) < _LEAST_COORDINATES and not self.tags:
+            allowed = 'x, y, z of each of at least three LEDs'
+            raise ConfigurationError('landmarks_m', self.landmarks_m, allowed)
+        if len(self.camera_mount) not in {0, 6}:
+            raise ConfigurationError('camera_mount', self.camera_mount, 'six numbers, or none')
+
+    @property
+    def mount(self) -> tuple[float, float, float, float, float, float]:
+        """Place of the optical centre and attitude of the camera: x, y, z, roll, pitch, yaw."""
+        x, y, z, roll, pitch, yaw = self.camera_mount or (0.0, 0.0, self.camera_height_m, 0, 0, 0)
+        return x, y, z, roll, pitch, yaw
 
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> LocalizerConfig:
         """Return the configuration for an arena and its expected errors."""
-        return cls(
-            landmarks_m=tuple(float(c) for led in arena.landmarks_m for c in led),
-            arena_width_m=arena.width_m,
-            arena_length_m=arena.length_m,
-            noise=noise,
-        )
-
-    @property
-    def landmark_array_m(self) -> FloatArray:
-        """The surveyed LEDs, (n, 3), metres."""
-        return np.array(self.landmarks_m, dtype=np.float64).reshape(-1, 3)
+        return cls(**cls.of_arena(arena), noise=noise)
 
     def spot_detector(self) -> SpotDetector:
         """Return the detector for the spots of the expected lens and read noise."""
@@ -84,3 +86,32 @@ class LocalizerConfig(Configuration):
         return SpotDetector(
             self.detection, spot_sigma_px=spot_sigma_px, read_noise_dn=read_noise_dn
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputConfig(Configuration):
+    """Form and timing of the inputs of the localizer's node."""
+
+    head: str = parameter(
+        'turret_pan_tilt',
+        'Joints between base and camera; those that a robot lacks are zero',
+        choices=tuple(HEAD_KINDS),
+    )
+    image_transport: str = parameter(
+        'raw',
+        'raw: sensor_msgs/Image; compressed: sensor_msgs/CompressedImage on the topic with '
+        '/compressed behind its name',
+        choices=('raw', 'compressed'),
+    )
+    image_bits: int = parameter(
+        16,
+        'Bits in use, from the lowest, of images with 16 bits per channel: 10 or 12 where the '
+        'driver does not scale them',
+        within=(8, 16),
+    )
+    input_wait_s: float = parameter(
+        0.1,
+        'How long an image waits for odometry and joint states of its time, s; then samples '
+        'that are no further from it are extrapolated, or the image is dropped (chosen)',
+        within=(0.0, 5.0),
+    )

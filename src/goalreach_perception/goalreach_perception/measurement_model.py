@@ -1,6 +1,6 @@
 """The measurement model: the pixel of an LED as a function of the uncertain quantities.
 
-State vector of the package, for n LEDs (9 + 3 n numbers, 18 for three):
+State vector of the package, for n LEDs (12 + 3 n numbers, 21 for three; one more with a delay):
 
 | index | state | unit |
 | --- | --- | --- |
@@ -10,22 +10,29 @@ State vector of the package, for n LEDs (9 + 3 n numbers, 18 for three):
 | 6 | odometry drift: turn of the base not measured by the encoders | rad/m |
 | 7 | camera height minus its nominal value | m |
 | 8 | true focal length / nominal focal length - 1 | 1 |
-| 9 + 3 i ... 11 + 3 i | x, y, z of LED i in `map` | m |
+| 9 + 3 i ... 11 + 3 i | x, y, z of LED i in `map`; corners of tags follow the LEDs | m |
+| -4 | delay of the images, only where they and the odometry have stamps of their own | s |
+| -3, -2 | place of the optical centre minus the nominal one: forward and left in the head | m |
+| -1 | sideways slip: speed across the wheels / (speed x turning rate) | s |
 
 The projection is the pinhole of `goalreach_msgs_py.camera`, its derivatives are analytic.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import functools
+import math
 from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.camera import EQUIDISTANT, PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.tags import CORNERS, Tag
 from goalreach_msgs_py.values import FloatArray
 
 HEADING: Final = 2
@@ -36,9 +43,21 @@ DRIFT: Final = 6
 HEIGHT: Final = 7
 FOCAL: Final = 8
 LEDS: Final = 9
+DELAY: Final = -4
+MOUNT: Final = -3
+SLIP: Final = -1
+
+_NAMES: Final = (
+    *('x', 'y', 'heading', 'pan_joint and the yaw of camera_mount'),
+    *('tilt_joint and the pitch of camera_mount', 'the distances of odom', 'the headings of odom'),
+    *('camera_height_m', 'the focal length in camera_info'),
+)
+_NAMES_AFTER: Final = ('camera_delay_s', 'x of camera_mount', 'y of camera_mount', 'wheel slip')
 
 MINIMUM_DEPTH_M: Final = 0.05
 """A point nearer than this, or behind the camera, has no pixel. Chosen, not from the paper."""
+_INVERSION: Final = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)
+"""Iterations and accuracy of the inverse of a distortion. Chosen: far below a spot's noise."""
 BEHIND_M: Final = 0.06
 """An LED at most this deep is not in front of the camera: just above that minimum."""
 
@@ -117,25 +136,52 @@ def project(offsets_m: FloatArray, rotation: FloatArray, lens: Lens) -> Projecti
     return Projection(lens.centre_px + rays_px, depth_m[..., 0], by_offset, by_tilt, rays_px)
 
 
-def prior_sigmas(noise: NoiseModel, led_count: int) -> FloatArray:
-    """Return the standard deviation of each state before the first image; zero for the pose."""
-    sigmas = np.zeros(LEDS + 3 * led_count)
+def prior_covariance(
+    noise: NoiseModel, led_count: int, tags: Sequence[Tag], after: Sequence[float]
+) -> FloatArray:
+    """Return the covariance of the states before the first image; zero for the pose.
+
+    Args:
+        noise: Expected errors.
+        led_count: Number of LEDs.
+        tags: The tags; the errors of the corners of each are correlated.
+        after: Standard deviations of the states after the landmarks.
+    """
+    end = LEDS + 3 * (led_count + CORNERS * len(tags))
+    sigmas = np.zeros(end + len(after))
     sigmas[[PAN_BIAS, TILT_BIAS]] = noise.pan_tilt_bias_rad
     sigmas[SCALE] = noise.odometry_scale_error
     sigmas[DRIFT] = noise.odometry_drift_rad_per_m
     sigmas[HEIGHT] = noise.camera_height_error_m
     sigmas[FOCAL] = noise.focal_error
-    sigmas[LEDS:] = noise.survey_error_m
-    return sigmas
+    sigmas[LEDS:end], sigmas[end:] = noise.survey_error_m, after
+    covariance = np.diag(sigmas**2)
+    for index, tag in enumerate(tags):
+        first = LEDS + 3 * (led_count + CORNERS * index)
+        rows = slice(first, first + 3 * CORNERS)
+        covariance[rows, rows] = tag.corner_covariance_m2(noise.survey_error_m)
+    return covariance
+
+
+def state_name(state: int, size: int, landmarks: int, tags: Sequence[Tag] = ()) -> str:
+    """Return what a user can check if a state is far from its prior."""
+    if state < LEDS:
+        return _NAMES[state]
+    if state >= LEDS + 3 * landmarks:
+        return _NAMES_AFTER[state - size]
+    led, axis = divmod(state - LEDS, 3)
+    if (corner := led + CORNERS * len(tags) - landmarks) >= 0:
+        return f'place and facing of tag {tags[corner // CORNERS].id}'
+    return f'{"xyz"[axis]} of LED {led} in landmarks_m'
 
 
 def offset_derivatives(led_count: int) -> FloatArray:
     """Return the derivatives of each LED relative to the camera by the state, without rotation.
 
     Returns:
-        (n, 3, 9 + 3 n): minus one for the camera's x, y and height, one for the LED itself.
+        (n, 3, 12 + 3 n): minus one for the camera's x, y and height, one for the LED itself.
     """
-    derivatives = np.zeros((led_count, 3, LEDS + 3 * led_count))
+    derivatives = np.zeros((led_count, 3, LEDS + 3 * led_count - MOUNT))
     derivatives[:, [0, 1, 2], [0, 1, HEIGHT]] = -1.0
     for led in range(led_count):
         derivatives[led, [0, 1, 2], [LEDS + 3 * led + axis for axis in range(3)]] = 1.0
@@ -172,32 +218,58 @@ class Optics:
 
     Args:
         camera: Intrinsics of the camera.
+        roll_rad: How far the camera is turned about its axis, its left side up.
 
     Attributes:
         camera: The same.
         lens: Its pinhole part.
     """
 
-    def __init__(self, camera: PinholeCamera) -> None:
+    def __init__(self, camera: PinholeCamera, roll_rad: float = 0.0) -> None:
         self.camera = camera
+        self.roll_rad = roll_rad
         self.lens = Lens.of_camera(camera)
-        self._distorted = any(camera.distortion)
+        self._maps: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
+        self._is_ideal = roll_rad == 0.0 and not camera.is_distorted
+        cosine, sine = math.cos(roll_rad), math.sin(roll_rad)
+        self._level = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+    @classmethod
+    def of(cls, camera: PinholeCamera, roll_rad: float, last: Optics | None) -> Optics:
+        """Return the optics of a camera: the last ones if they are the same."""
+        same = last is not None and (last.camera, last.roll_rad) == (camera, roll_rad)
+        return last if last is not None and same else cls(camera, roll_rad)
 
     def undistort(self, pixels_px: FloatArray) -> FloatArray:
-        """Return the (n, 2) pixels without the distortion of the lens."""
-        if not self._distorted or len(pixels_px) == 0:
+        """Return the (n, 2) pixels without the distortion of the lens and without roll."""
+        if self._is_ideal or len(pixels_px) == 0:
             return pixels_px
         fx, fy, cx, cy = self.lens.intrinsics
         matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-        coefficients = np.array(self.camera.distortion)
-        points = pixels_px.reshape(-1, 1, 2)
-        ideal = cv2.undistortPoints(points, matrix, coefficients, P=matrix)
-        return ideal.reshape(-1, 2).astype(np.float64)
+        points, terms = pixels_px.reshape(-1, 1, 2), np.array(self.camera.distortion)
+        model = cv2.fisheye if self.camera.distortion_model == EQUIDISTANT else cv2
+        ideal = model.undistortPoints(
+            points, matrix, terms, R=self._level, P=matrix, criteria=_INVERSION
+        )
+        return np.asarray(ideal, np.float64).reshape(-1, 2)
+
+    def rectify(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return an image, (height, width), as it were without distortion and roll."""
+        if self._is_ideal:
+            return image
+        if self._maps is None:
+            pixels = np.indices(image.shape[::-1]).reshape(2, -1).T.astype(np.float64)
+            maps = self.distort(pixels).T.reshape(2, *image.shape[::-1])
+            u, v = (np.ascontiguousarray(each.T, np.float32) for each in maps)
+            self._maps = u, v
+        return np.asarray(
+            cv2.remap(image, self._maps[0], self._maps[1], cv2.INTER_LINEAR), np.uint8
+        )
 
     def distort(self, pixels_px: FloatArray) -> FloatArray:
-        """Return the (n, 2) pixels with the distortion of the lens."""
-        if not self._distorted:
+        """Return the (n, 2) pixels with the distortion of the lens and with roll."""
+        if self._is_ideal:
             return pixels_px
         rays = np.ones((len(pixels_px), 3))
         rays[:, :2] = (pixels_px - self.lens.centre_px) / self.lens.focal_px
-        return self.camera.project(rays)
+        return self.camera.project(rays @ self._level)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import MINIMUM_DEPTH_M
 
-_AXES = np.array([0, 1])
+_AXES = 0, 1
 
 
 def offsets_from(
@@ -35,7 +35,7 @@ class PredictedLeds(NamedTuple):
     Attributes:
         pixels_px: (n, 2) pixels.
         depth_m: n distances along the optical axis, at least 0.05.
-        by_state: (2 n, 9 + 3 n) derivative by the state, rows u_0, v_0, u_1, v_1, ...
+        by_state: (2 n, 12 + 3 n) derivative by the state, rows u_0, v_0, u_1, v_1, ...
         by_head: (2 n, 2) derivative by pan and tilt at the best estimates.
     """
 
@@ -50,6 +50,7 @@ def predict_leds(
     first_m: Sequence[Sequence[float]],
     axis_rad: tuple[float, float],
     intrinsics_px: tuple[float, float, float, float],
+    mount_m: tuple[float, float] = (0.0, 0.0),
 ) -> PredictedLeds:
     """Project LEDs and differentiate by the whole state vector.
 
@@ -58,48 +59,52 @@ def predict_leds(
     of `first_m` across the ray.
 
     Args:
-        offsets_m: n LEDs minus the optical centre in `map`, metres.
+        offsets_m: n LEDs minus the point of the axis at the height of the lens, in `map`, metres.
         first_m: The same by the first estimates.
         axis_rad: Azimuth of the optical axis in `map`, and its tilt, upward.
         intrinsics_px: Estimated focal lengths and principal point: fx, fy, cx, cy.
+        mount_m: Optical centre in the head: forward and left of the axis.
     """
     (ca, ct), (sa, st) = map(math.cos, axis_rad), map(math.sin, axis_rad)
-    fx, fy, cx, cy = intrinsics_px
-    pixels, rows, by_head, depths = array('d'), array('d'), array('d'), list[float]()
-    zeros = (0.0,) * (3 * len(offsets_m))
-    for led, ((dx, dy, dz), first) in enumerate(zip(offsets_m, first_m, strict=True)):
-        around = zeros[: 3 * led], zeros[3 * led + 3 :]
+    (fx, fy, cx, cy), (mount_x, mount_y) = intrinsics_px, mount_m
+    depths: list[float] = []
+    parts: list[tuple[float, ...]] = []
+    pixels, by_head = array('d'), array('d')
+    for dx, dy, dz in offsets_m:
         forward = ca * dx + sa * dy
-        depth = max(ct * forward + st * dz, MINIMUM_DEPTH_M)
-        su, sv = (sa * dx - ca * dy) / depth, (st * forward - ct * dz) / depth
+        depths.append(depth := max(ct * forward + st * dz - mount_x, MINIMUM_DEPTH_M))
+        su, sv = (sa * dx - ca * dy + mount_y) / depth, (st * forward - ct * dz) / depth
         ku, kv, rise = fx / depth, fy / depth, st - sv * ct
         ux, uy, uz = ku * (sa - su * ca * ct), -ku * (ca + su * sa * ct), -ku * su * st
         vx, vy, vz = kv * ca * rise, kv * sa * rise, -kv * (ct + sv * st)
         ray_u, ray_v = fx * su, fy * sv
-        tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy
-        rows.extend(_state_row((ux, uy, uz), first, tilt_u, ray_u, around))
-        rows.extend(_state_row((vx, vy, vz), first, tilt_v, ray_v, around))
+        tilt_u, tilt_v = ray_u * sv, ray_v * sv + fy + kv * mount_x
+        parts.append((ux, uy, uz, tilt_u, ray_u, ku * su, ku))
+        parts.append((vx, vy, vz, tilt_v, ray_v, kv * sv, 0.0))
         by_head.extend((ux * dy - uy * dx, tilt_u, vx * dy - vy * dx, tilt_v))
         pixels.extend((cx + ray_u, cy + ray_v))
-        depths.append(depth)
-    by_state = np.frombuffer(rows).reshape(2 * len(depths), -1)
-    return PredictedLeds(_pairs(pixels), depths, by_state, _pairs(by_head))
+    return PredictedLeds(_pairs(pixels), depths, _by_state(parts, first_m), _pairs(by_head))
 
 
-def _state_row(
-    by_led: tuple[float, float, float],
-    first_m: Sequence[float],
-    by_tilt: float,
-    by_focal: float,
-    around: tuple[tuple[float, ...], tuple[float, ...]],
-) -> tuple[float, ...]:
-    """Return the derivative of u or v by the state, given that by the LED.
+def _by_state(
+    parts: Sequence[tuple[float, ...]], first_m: Sequence[Sequence[float]]
+) -> FloatArray:
+    """Return the derivatives by the state, given those by x, y, z of the LED and by constants.
 
-    `around` holds the zeros of the LEDs before this one and after it.
+    Args:
+        parts: 2 n derivatives, u and v of each LED, by x, y, z, tilt, focal, forward, left.
+        first_m: n LEDs from the camera by the first estimates.
     """
-    (x, y, z), (tx, ty, tz), (before, after) = by_led, first_m, around
-    turn, scale = x * ty - y * tx, -(x * tx + y * ty + z * tz)
-    return (-x, -y, turn, turn, by_tilt, scale, 0.0, -z, by_focal, *before, x, y, z, *after)
+    size = 3 * len(first_m) + 12
+    rows = [0.0] * (len(parts) * size)
+    for index, (x, y, z, tilt, focal, forward, left) in enumerate(parts):
+        at, led = index * size, index // 2
+        tx, ty, tz = first_m[led]
+        turn, scale = x * ty - y * tx, -(x * tx + y * ty + z * tz)
+        rows[at : at + 9] = -x, -y, turn, turn, tilt, scale, 0.0, -z, focal
+        rows[at + 3 * led + 9 : at + 3 * led + 12] = x, y, z
+        rows[at + size - 3 : at + size - 1] = forward, left
+    return np.frombuffer(array('d', rows)).reshape(-1, size)
 
 
 def _pairs(numbers: array[float]) -> FloatArray:
@@ -112,33 +117,26 @@ class Prediction(NamedTuple):
     Attributes:
         pixels_px: (n, 2) ideal pixels.
         depth_m: n distances along the optical axis, at least 0.05.
-        jacobian: (2 n, states) derivative by the state.
         cross: (states, 2 n) covariance of state and pixels.
-        encoder_noise: (2 n, 2 n) covariance of the pixels due to encoder noise.
         covariance: (2 n, 2 n) covariance of the pixels, encoder noise included, that of the
             centroids not.
     """
 
     pixels_px: FloatArray
     depth_m: list[float]
-    jacobian: FloatArray
     cross: FloatArray
-    encoder_noise: FloatArray
     covariance: FloatArray
 
     def select(self, leds: NDArray[np.intp]) -> Prediction:
         """Return the prediction of some of the LEDs, in the order given."""
         if len(leds) == len(self.depth_m) and leds.tolist() == [*range(len(leds))]:
             return self
-        rows = (2 * leds[:, None] + _AXES).reshape(-1)
-        square = (rows[:, None], rows)
+        rows = (2 * leds[:, None] + np.array(_AXES)).reshape(-1)
         return Prediction(
             self.pixels_px[leds],
             [self.depth_m[led] for led in leds.tolist()],
-            self.jacobian[rows],
             self.cross[:, rows],
-            self.encoder_noise[square],
-            self.covariance[square],
+            self.covariance[rows[:, None], rows],
         )
 
 
@@ -170,8 +168,8 @@ def second_order_variances_px2(
     floor_m2, height_m2 = spread_m2
     bent, turned = 0.5 * focal_px * floor_m2, (encoder_sigma_rad * focal_px) ** 2
     turned *= floor_m2 + height_m2
-    variances = [(bent / z2) ** 2 + turned / z2 for z2 in (depth * depth for depth in depth_m)]
-    return np.array(variances).repeat(2)
+    squares = [depth * depth for depth in depth_m]
+    return np.array([(bent / z2) ** 2 + turned / z2 for z2 in squares]).repeat(2)
 
 
 def compute_innovation(
@@ -185,17 +183,33 @@ def compute_innovation(
         sigmas_px: (k,) standard deviation per axis.
 
     Returns:
-        The innovation (2 k,), the variances of the centroids (2 k,), the inverse covariance of
-        the innovation and its squared Mahalanobis distance, infinite if there is no inverse.
+        The innovation (2 k,), its covariance (2 k, 2 k), the inverse of that, and the squared
+        Mahalanobis distance, infinite if there is no inverse.
     """
     innovation = (pixels_px - prediction.pixels_px).reshape(-1)
-    centroids = (sigmas_px * sigmas_px).repeat(2)
     covariance = prediction.covariance.copy()
-    add_to_diagonal(covariance, centroids)
+    add_to_diagonal(covariance, (sigmas_px * sigmas_px).repeat(2))
     regular, inverted = cv2.invert(covariance, flags=cv2.DECOMP_CHOLESKY)
     inverse = np.asarray(inverted, dtype=np.float64)
     distance2 = float(innovation.dot(inverse.dot(innovation))) if regular else math.inf
-    return innovation, centroids, inverse, distance2
+    return innovation, covariance, inverse, distance2
+
+
+def equivalent_gate(gate: float, freedom: int, larger: int) -> float:
+    """Return the gate that is exceeded as rarely with more degrees of freedom.
+
+    By the cube root of chi-square, which is nearly normal (Wilson and Hilferty, PNAS 1931).
+
+    Args:
+        gate: A gate for `freedom` degrees of freedom.
+        freedom: Those for which it was chosen.
+        larger: Those of a measurement; for fewer, the gate is as it is.
+    """
+    if larger <= freedom:
+        return gate
+    spread, wider = (2.0 / (9.0 * n) for n in (freedom, larger))
+    sigmas = ((gate / freedom) ** (1 / 3) - 1.0 + spread) / math.sqrt(spread)
+    return float(larger * (1.0 - wider + sigmas * math.sqrt(wider)) ** 3)
 
 
 def innovation_distance2(

@@ -44,6 +44,7 @@ class ImageGeometry:
     Attributes:
         leds_m: (n, 3) estimated positions of the LEDs in `map`.
         camera_height_m: Estimated height of the optical centre.
+        mount_m: Place of the optical centre in the head: forward and left of the axis.
         turns_rad: (spots,) azimuth of the optical axis relative to the unknown azimuth: zero for
             spots of one image.
         tilts_rad: (spots,) tilt encoder reading plus estimated bias.
@@ -55,6 +56,7 @@ class ImageGeometry:
 
     leds_m: FloatArray
     camera_height_m: float
+    mount_m: tuple[float, float] = (0.0, 0.0)
     turns_rad: FloatArray
     tilts_rad: FloatArray
     lens: Lens
@@ -77,8 +79,13 @@ class ImageGeometry:
         offsets_m = self.leds_m[leds]
         offsets_m[..., :2] -= poses[:, None, :2]
         offsets_m[..., 2] -= self.camera_height_m
-        rotations = _rotations(poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots])
+        azimuths, tilts = poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots]
+        rotations = _rotations(azimuths, tilts)
+        if any(self.mount_m):
+            forward, left = self.mount_m
+            offsets_m -= forward * rotations[..., 2, :] - left * rotations[..., 0, :]
         single = project(offsets_m[:, :, None, :], rotations, self.lens)
+        single.by_tilt[..., 1] += self.mount_m[0] * self.lens.focal_px[1] / single.depth_m
         return offsets_m, Projection(*(array[:, :, 0] for array in single))
 
 

@@ -17,62 +17,61 @@ are taken at the best estimates: near an LED, those at the survey would be wrong
 size of a spot.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+import math
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import deg, wrap_angle
+from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.parameters import Configuration, parameter
+from goalreach_msgs_py.tags import Tag
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, Lens, prior_sigmas
+from goalreach_perception.image_delay import DelayEstimate, ImageMotion, delayed
+from goalreach_perception.measurement_model import (
+    DELAY,
+    FOCAL,
+    HEIGHT,
+    LEDS,
+    MOUNT,
+    SLIP,
+    Lens,
+    prior_covariance,
+    state_name,
+)
 from goalreach_perception.measurement_prediction import (
     Prediction,
     add_to_diagonal,
     compute_innovation,
+    equivalent_gate,
     offsets_from,
     predict_leds,
     second_order_variances_px2,
 )
-from goalreach_perception.process_model import FadingMemory, OdometryModel
+from goalreach_perception.misfit import ConstantsWatch, InnovationWatch
+from goalreach_perception.process_model import (
+    FadingMemory,
+    FilterConfig,
+    OdometryConfig,
+    OdometryModel,
+)
 
-
-@dataclass(frozen=True, kw_only=True)
-class FilterConfig(Configuration):
-    """Process noise and gates of the filter."""
-
-    slip_m_per_sqrt_m: float = parameter(
-        0.0002,
-        'Random part of the odometry, m per square root of a metre (1 sigma; chosen: small beside '
-        'the errors of scale and drift, which are states; with five times as much the covariance '
-        'was a tenth too large)',
-        within=(0.0, 1.0),
-    )
-    heading_walk_rad_per_sqrt_m: float = parameter(
-        deg(0.004),
-        'Random part of the heading, rad per square root of a metre (1 sigma; chosen as above)',
-        within=(0.0, 1.0),
-    )
-    memory_s: float = parameter(
-        1e5,
-        'Time constant with which biases and calibration return to their prior, s (chosen: about '
-        'a day; small errors that repeat from image to image then do not cause false certainty)',
-        within=(1.0, 1e9),
-    )
-    led_gate: float = parameter(
-        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', within=(1.0, None)
-    )
-    joint_gate: float = parameter(
-        32.0,
-        'Largest squared distance of all LEDs of an image together (p = 2e-5)',
-        within=(1.0, None),
-    )
-
-
+_GATED = 6
+"""Degrees of freedom of `joint_gate`: three LEDs."""
+_SURVEY_M = 0.1
+"""Added uncertainty of a position by a survey that does not fit. Chosen."""
+_LARGEST_GROWTH = 1000.0
+"""Largest growth of variances where the model does not fit. Chosen: 2 mm become 63 mm."""
+_LARGEST_COARSE_GROWTH = 9.0
+"""Largest growth of variances at which a pose from two LEDs may be right: sigmas three times as
+large as those of the parameters. Chosen."""
 _COARSE_INFLATION = 1.7
 """Factor on the covariance of a pose after a coarse start: 1.3 on its sigmas. Chosen."""
+_PAIR_SURVEY_M = 0.045
+"""Added uncertainty of a position until an image of three LEDs confirms it: two fit a survey that
+is wrong by 4 in as well as a right one. Chosen: a tenth below what a state accepts."""
+_DELAY_WALK_S = 0.0005
+"""Random walk of the delay, s in the square root of a second: clocks drift. Chosen."""
 _FADING_STEP_S = 1.0
 """Interval of the fading of constants: 1e-5 of a memory of a day. Chosen."""
 
@@ -83,9 +82,13 @@ class PoseFilter:
     Args:
         config: Process noise.
         noise: Expected errors.
-        leds_m: (n, 3) surveyed positions of the LEDs in `map`.
+        leds_m: (n, 3) surveyed positions of the LEDs in `map`; the corners of the tags follow.
         camera_height_m: Nominal height of the optical centre.
         calibrate: Whether to estimate the surveyed constants too.
+        mount_m: Nominal place of the optical centre from the vertical axis: forward, left.
+        tags: The tags.
+        odometry: Known errors of the odometry; None for none.
+        delay_s: The delay of the images that was given, where it is to be estimated; else None.
 
     Attributes:
         mean: The state vector.
@@ -93,6 +96,8 @@ class PoseFilter:
         last_innovation: Normalized innovation squared of the last correction, and its degrees of
             freedom; for studies of consistency.
         coarse: Whether the pose was initialized from too little for a linear filter.
+        doubted: Whether one before, at the same place, was contradicted.
+        motion: How the camera moves, kept up to date by the user where the delay is estimated.
     """
 
     def __init__(
@@ -103,31 +108,70 @@ class PoseFilter:
         leds_m: FloatArray,
         camera_height_m: float,
         calibrate: bool,
+        mount_m: tuple[float, float] = (0.0, 0.0),
+        tags: Sequence[Tag] = (),
+        odometry: OdometryConfig | None = None,
+        delay_s: float | None = None,
     ) -> None:
         self._config = config
-        self._camera_height_m = camera_height_m
-        self._calibrate = calibrate
+        self.motion = None if delay_s is None else ImageMotion(delay_s)
+        self._camera_height_m, self._mount_m = camera_height_m, mount_m
+        self._calibrate, self._tags = calibrate, tags
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
-        size = LEDS + leds_m.size
-        self._motion = OdometryModel(size)
-        self.mean: FloatArray = np.zeros(size)
-        self.mean[LEDS:] = leds_m.reshape(-1)
-        sigmas = prior_sigmas(noise, len(leds_m))
-        self.covariance = np.diag(sigmas**2)
+        after = [config.mount_sigma_m, config.mount_sigma_m, config.slip_sigma_s]
+        after = after if delay_s is None else [config.delay_sigma_s, *after]
+        self.covariance = prior_covariance(noise, len(leds_m), tags, after)
+        sigmas = np.sqrt(self.covariance.diagonal())
+        leds_m = np.concatenate([leds_m, *(tag.corners_m for tag in tags)])
+        self._motion = OdometryModel(len(sigmas), odometry)
+        row, column = np.indices(self.covariance.shape)
+        self._upper = np.minimum(row, column) * len(sigmas) + np.maximum(row, column)
+        self.mean: FloatArray = np.zeros(len(sigmas))
+        self._places = slice(LEDS, len(sigmas) - len(after))
+        self.mean[self._places] = leds_m.reshape(-1)
+        if delay_s is not None:
+            self.mean[DELAY] = self._given_delay_s = delay_s
+        self._motion.set_known_errors(self.mean)
         fading = sigmas > 0.0
-        if not calibrate:
-            fading[HEIGHT:] = False
-        self._memory = FadingMemory(self.mean, sigmas, fading, config.memory_s)
-        self._unfaded_s = 0.0
+        fading[HEIGHT:SLIP] &= calibrate
+        self._memory = FadingMemory(self.mean, self.covariance, fading, config.memory_s)
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
-        self.last_innovation = (0.0, 0)
-        self.coarse = False
+        self.last_innovation, self.coarse, self.doubted = (0.0, 0), False, False
+        self._watch, self._growth, self._unfaded_s = InnovationWatch(), 1.0, 0.0
+        self._suspects = ConstantsWatch(self.mean, sigmas, self._places)
+
+    def joint_gate(self, landmarks: int) -> float:
+        """Return the largest normalized innovation squared at which an image corrects the state.
+
+        Args:
+            landmarks: Number of landmarks in the image.
+        """
+        return equivalent_gate(self._config.joint_gate, _GATED, 2 * landmarks)
 
     @property
-    def joint_gate(self) -> float:
-        """Largest normalized innovation squared at which an image corrects the state."""
-        return self._config.joint_gate
+    def misfit(self) -> str:
+        """What does not fit, where innovations have contradicted the covariance; else empty."""
+        if self._growth == 1.0 and not self._suspects.suspect:
+            return ''
+        suspect, landmarks = self._suspects.suspect, len(self._surveyed_m) // 3
+        name = state_name(suspect, len(self.mean), landmarks, self._tags)
+        first = f'{name} first, ' if suspect else ''
+        return (
+            f'the model does not fit the images, sigmas grew {self._growth**0.5:.1f} times: check '
+            f'{first}camera_mount, landmarks_m, camera_info, wheel slip, signs of joints'
+        )
+
+    def _grows(self, distance2: float, freedom: int) -> bool:
+        """Let the covariance grow where innovations contradict it; return whether it did."""
+        if self.is_unsettled:
+            return False
+        growth = min(self._watch.add(distance2, freedom), _LARGEST_GROWTH / self._growth)
+        if growth > 1.0:
+            self._growth *= growth
+            self._memory.grow(growth)
+            self.covariance *= growth
+        return growth > 1.0
 
     @property
     def pose(self) -> Pose2:
@@ -137,13 +181,57 @@ class PoseFilter:
 
     @property
     def pose_covariance(self) -> FloatArray:
-        """The covariance of x, y, heading, (3, 3), inflated after a coarse start."""
-        return (_COARSE_INFLATION if self.coarse else 1.0) * self.covariance[:3, :3]
+        """The covariance of x, y, heading, (3, 3), inflated after a coarse start.
+
+        Once the survey has not fitted, the frame `map` itself is uncertain.
+        """
+        covariance = self.covariance[:3, :3].copy()
+        if self.coarse:
+            covariance *= _COARSE_INFLATION
+        if self.coarse or self.doubted:
+            covariance[[0, 1], [0, 1]] += _PAIR_SURVEY_M**2
+        if LEDS <= self._suspects.suspect < self._places.stop:
+            covariance[[0, 1], [0, 1]] += _SURVEY_M**2
+        return covariance
+
+    @property
+    def is_unsettled(self) -> bool:
+        """Whether images may be late by so uncertain a time that they prove nothing else."""
+        return (delay := self.delay) is not None and not delay.is_settled
+
+    @property
+    def late_rad(self) -> float:
+        """How far the optical axis turns, signed, in a standard deviation of the delay."""
+        if self.motion is None or (delay := self.delay) is None:
+            return 0.0
+        return self.motion.turn_rad_per_s[0] * delay.sigma_s
+
+    @property
+    def surveyed_covariance(self) -> FloatArray:
+        """The covariance without the delay of the images."""
+        if self.motion is None:
+            return self.covariance
+        rows = np.delete(np.arange(len(self.mean)), DELAY)
+        return self.covariance[rows[:, None], rows]
 
     @property
     def leds_m(self) -> FloatArray:
         """The estimated positions of the LEDs, (n, 3)."""
-        return self.mean[LEDS:].reshape(-1, 3)
+        return self.mean[self._places].reshape(-1, 3)
+
+    @property
+    def mount_m(self) -> tuple[float, float]:
+        """The estimated place of the optical centre from the axis: forward and left, at tilt 0."""
+        forward, left = self.mean[MOUNT:SLIP].tolist()
+        return self._mount_m[0] + forward, self._mount_m[1] + left
+
+    @property
+    def delay(self) -> DelayEstimate | None:
+        """The estimated delay of the images; None where it is not estimated."""
+        if self.motion is None:
+            return None
+        sigma_s = math.sqrt(self.covariance[DELAY, DELAY])
+        return DelayEstimate(self._given_delay_s, float(self.mean[DELAY]), sigma_s)
 
     @property
     def camera_height_m(self) -> float:
@@ -152,11 +240,9 @@ class PoseFilter:
 
     @property
     def led_offsets_m(self) -> list[tuple[float, float, float]]:
-        """The estimated LEDs minus the estimated optical centre, n times x, y, z."""
+        """The estimated LEDs minus the robot's axis at the height of the lens, n times x, y, z."""
         state = self.mean.tolist()
-        return offsets_from(
-            state[LEDS:], state[0], state[1], self._camera_height_m + state[HEIGHT]
-        )
+        return offsets_from(state[self._places], state[0], state[1], self.camera_height_m)
 
     @property
     def focal_error(self) -> float:
@@ -184,6 +270,23 @@ class PoseFilter:
         """Restore the state from before the last start, to start again from a better pose."""
         self.mean, self.covariance = self._before
 
+    @property
+    def is_refuted(self) -> bool:
+        """Whether images contradict a coarse pose: it is another one that fits two lights."""
+        return self.coarse and self._growth > _LARGEST_COARSE_GROWTH
+
+    def reset(self) -> None:
+        """Forget what images told of constants, growth included: a wrong pose explained them."""
+        self._memory.grow(1.0 / self._growth)
+        self.fade(math.inf)
+        self._growth, self._suspects.suspect = 1.0, 0
+
+    def forget_all_but_delay(self) -> None:
+        """Forget what images told of constants while the delay was taken for other errors."""
+        known = self.mean[DELAY], self.covariance[DELAY, DELAY]
+        self.reset()
+        self.mean[DELAY], self.covariance[DELAY, DELAY] = known
+
     def fade(self, dt_s: float) -> None:
         """Let the estimates of constants fade towards their prior; see `FadingMemory`.
 
@@ -192,25 +295,31 @@ class PoseFilter:
         """
         self._unfaded_s += dt_s
         if self._unfaded_s >= _FADING_STEP_S:
+            if not self.is_unsettled:
+                self._suspects.update(self.mean, self.covariance)
             self.mean, self.covariance = self._memory.fade(
                 self.mean, self.covariance, self._unfaded_s
             )
+            if self.motion is not None and self._unfaded_s < math.inf:
+                self.covariance[DELAY, DELAY] += _DELAY_WALK_S**2 * self._unfaded_s
             self._unfaded_s = 0.0
 
-    def predict(self, before: Pose2, after: Pose2) -> None:
+    def predict(self, before: Pose2, after: Pose2, dt_s: float = np.inf) -> None:
         """Predict the pose by the motion of the odometry.
 
         Args:
             before: Odometry pose at the last image.
             after: Odometry pose now, in the same frame.
+            dt_s: Time between them, for the slip; infinite for none.
         """
-        distance = self._motion.propagate_mean(self.mean, before, after)
-        covariance = self._motion.propagate_covariance(self.covariance)
+        distance, turn = self._motion.propagate_mean(self.mean, before, after, dt_s)
+        self.covariance = covariance = self._motion.propagate_covariance(self.covariance)
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
+        heading_var = self._config.heading_walk_rad_per_sqrt_m**2 * distance
+        heading_var += self._config.heading_walk_rad_per_sqrt_rad**2 * abs(turn)
         covariance[0, 0] += position_var
         covariance[1, 1] += position_var
-        covariance[2, 2] += self._config.heading_walk_rad_per_sqrt_m**2 * distance
-        self.covariance = covariance
+        covariance[2, 2] += heading_var
 
     def predict_leds(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Predict the pixels of the LEDs.
@@ -221,26 +330,33 @@ class PoseFilter:
             solved: Whether the pose is a solution of this image, so that linearization about it
                 is exact enough.
         """
-        x_m, y_m, heading, pan_bias, tilt_bias, _, _, _, focal = self.mean[:LEDS].tolist()
+        state = self.mean.tolist()
+        x_m, y_m, heading, pan_bias, tilt_bias, _, _, height_m, focal = state[:LEDS]
         azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
         fx, fy, cx, cy = lens.intrinsics
         intrinsics_px = fx * (1.0 + focal), fy * (1.0 + focal), cx, cy
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
+        best_m = offsets_from(state[self._places], x_m, y_m, self._camera_height_m + height_m)
         axis_rad = azimuth, joints.tilt_rad + tilt_bias
-        predicted = predict_leds(self.led_offsets_m, first_m, axis_rad, intrinsics_px)
+        mount_m = self._mount_m[0] + state[MOUNT], self._mount_m[1] + state[MOUNT + 1]
+        predicted = predict_leds(best_m, first_m, axis_rad, intrinsics_px, mount_m)
+        head_sigmas_rad: FloatArray | float = (encoder := self._encoder_sigma_rad)
+        if (motion := self.motion) and (delay := self.delay):
+            predicted = delayed(predicted, motion, delay, heading, encoder)
+            head_sigmas_rad = motion.head_sigmas_rad(encoder)
         jacobian, depth_m = predicted.by_state, predicted.depth_m
         cross = self.covariance.dot(jacobian.T)
-        encoders = predicted.by_head * self._encoder_sigma_rad
+        encoders = predicted.by_head * head_sigmas_rad
         noise = encoders.dot(encoders.T)
         if not solved:
-            variances = self.covariance.diagonal().tolist()
-            spread_m2 = variances[0] + variances[1], variances[HEIGHT]
+            variance = self.covariance.item
+            spread_m2 = variance(0, 0) + variance(1, 1), variance(HEIGHT, HEIGHT)
             neglected = second_order_variances_px2(
-                depth_m, fx, spread_m2, encoder_sigma_rad=self._encoder_sigma_rad
+                depth_m, fx, spread_m2, encoder_sigma_rad=encoder
             )
             add_to_diagonal(noise, neglected)
-        covariance = jacobian.dot(cross) + noise
-        return Prediction(predicted.pixels_px, depth_m, jacobian, cross, noise, covariance)
+        noise += jacobian.dot(cross)
+        return Prediction(predicted.pixels_px, depth_m, cross, noise)
 
     def correct(
         self,
@@ -258,24 +374,23 @@ class PoseFilter:
             sigmas_px: (k,) standard deviation per axis.
 
         Returns:
-            The normalized innovation squared, 2 k degrees of freedom; the state is unchanged if
-            it is above the joint gate.
+            The normalized innovation squared, 2 k degrees of freedom; the mean is unchanged if
+            it is above the joint gate. Where innovations contradict the covariance, that
+            grows instead.
         """
         part = prediction.select(leds)
-        innovation, spots, inverse, distance2 = compute_innovation(part, pixels_px, sigmas_px)
-        if not distance2 <= self._config.joint_gate:
+        innovation, covariance, inverse, distance2 = compute_innovation(part, pixels_px, sigmas_px)
+        if self._grows(distance2, len(innovation)) or distance2 > self.joint_gate(len(leds)):
             return distance2
-        self.last_innovation = (distance2, len(spots))
+        self.last_innovation = (distance2, len(innovation))
         gain = part.cross.dot(inverse)
         if not self._calibrate:
-            gain[HEIGHT:] = 0.0
+            gain[HEIGHT:SLIP] = 0.0
         self.mean += gain.dot(innovation)
         self.mean[2] = wrap_angle(float(self.mean[2]))
-        noise = part.encoder_noise.copy()
-        add_to_diagonal(noise, spots)
-        # Joseph form, L P L' + K R K' with L = I - K J, where P J' is the cross-covariance.
-        left = self.covariance - gain.dot(part.cross.T)
-        unbalanced = left.dot(part.jacobian.T) - gain.dot(noise)
-        self.covariance = left - unbalanced.dot(gain.T)
-        cv2.completeSymm(self.covariance)
+        # Joseph's (I - K J) P (I - K J)' + K R K' for any gain, by C = P J' and S = J C + R:
+        # P - K C' - (C - K S) K'.
+        unbalanced = part.cross - gain.dot(covariance)
+        self.covariance -= gain.dot(part.cross.T) + unbalanced.dot(gain.T)
+        self.covariance = self.covariance.take(self._upper)
         return distance2

@@ -3,13 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 import enum
+import math
 
 from goalreach_msgs_py.parameters import Configuration, parameter
+from goalreach_msgs_py.values import FloatArray, Pose2
 
 _PAIR = 2
-_BLIND_FRAMES = 50
-"""Images without an LED, none being predicted, until the pose is doubtful. Chosen: 2 s, in which
-odometry drifts by less than an inch."""
+_USELESS_M = 0.05
+"""Uncertainty of a position at which a robot stands. Chosen: just what a state accepts."""
+_STAYS_M = 0.02
+"""Farther by the odometry, a robot has moved. Chosen."""
+_PATIENCE_CHECKS = 3
+"""Intervals of checks in which a useless pose may become better. Chosen: 3 s."""
+_AGAIN = 6
+"""Images that confirm a pose after a useless one: of three LEDs, so many tell of a misfit."""
 
 
 class Mode(enum.Enum):
@@ -35,6 +42,12 @@ class PoseMonitorConfig(Configuration):
         200,
         'Consecutive images without any LED until a pose is lost (chosen: 8 s, in which a turret '
         'that turned away at full speed gets back to the LEDs)',
+        within=(1, 100000),
+    )
+    blind_after_frames: int = parameter(
+        50,
+        'Images without an LED, none being predicted, until the pose is doubtful (chosen: 2 s, in '
+        'which odometry drifts by less than an inch)',
         within=(1, 100000),
     )
     pair_confirmations: int = parameter(
@@ -69,9 +82,6 @@ class PoseMonitorConfig(Configuration):
 class PoseMonitor:
     """The state machine of the modes; it contains no geometry.
 
-    Args:
-        config: The thresholds.
-
     Attributes:
         mode: The current mode; never REFUSED.
         reason: Why it is not TRACKING; empty while it is.
@@ -83,6 +93,8 @@ class PoseMonitor:
         self.reason = 'no fix yet'
         self._to_confirm = self._frames_left = 0
         self._leds: tuple[int, ...] = ()
+        self._stays_at: tuple[float, float] | None = None
+        self._stays, self._patience = 0, _PATIENCE_CHECKS * config.check_every_frames
         self._reset_counts()
 
     def _reset_counts(self) -> None:
@@ -104,10 +116,11 @@ class PoseMonitor:
         doubtful = self.mode is Mode.DOUBTFUL and self._misses != 1
         return doubtful or self.mode is Mode.SEARCHING
 
-    def start(self, leds: Sequence[int] | None) -> None:
+    def start(self, leds: Sequence[int] | None, *, again: bool = False) -> None:
         """Register a new pose.
 
         Args:
+            again: Whether images have contradicted one before: they may do so again.
             leds: LEDs of the image it was solved from; as many must be detected again to confirm
                 it. None for a pose that needs no confirmation.
         """
@@ -116,6 +129,8 @@ class PoseMonitor:
         self._leds = tuple(leds or ())
         self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
         self._frames_left = self._config.confirm_within_frames
+        if again:
+            self._to_confirm, self._frames_left = _AGAIN, 2 * _AGAIN
         self.mode, self.reason = Mode.TRACKING, ''
         if self._to_confirm:
             self.mode = Mode.CONFIRMING
@@ -132,10 +147,6 @@ class PoseMonitor:
         is then doubtful. If two or more LEDs are missing at once, or a single one repeatedly, two
         LEDs must match before the pose is valid again, since a single spurious spot may match by
         chance. Otherwise one matched LED is enough.
-
-        Args:
-            used: Number of LEDs that matched.
-            expected: Number of LEDs predicted in the image.
         """
         bad = expected > 0 and used < max(1, expected - 1)
         doubtful = self._needs_pair and used < _PAIR
@@ -150,7 +161,7 @@ class PoseMonitor:
         elif bad or doubtful:
             self._needs_pair |= not used and (expected >= _PAIR or self._misses > _PAIR)
             self.mode, self.reason = Mode.DOUBTFUL, 'expected LEDs are not seen'
-        elif self._unseen > _BLIND_FRAMES:
+        elif self._unseen > self._config.blind_after_frames:
             self.mode, self.reason = Mode.DOUBTFUL, 'no LED is in view'
         elif used:
             self._needs_pair = False
@@ -180,3 +191,25 @@ class PoseMonitor:
         agrees = distance2 <= self._config.check_gate
         self._contradictions = 0 if agrees else self._contradictions + 1
         return self._contradictions >= self._config.contradictions
+
+    def is_useless(self, odometry: Pose2, doubt: FloatArray | None) -> bool:
+        """Register a pose; return whether to forget it and what images told of constants.
+
+        A clock that was wrong for a second, or a light taken for another, leaves a covariance that
+        only motion makes small again, and a robot that stays where it is for it. Where a model
+        never fits, the covariance grows again: each time the robot stays twice as long.
+
+        Args:
+            odometry: Pose in `odom`.
+            doubt: Covariance of a pose that images have contradicted, (3, 3); else None.
+        """
+        since, place = self._stays_at, (odometry.x_m, odometry.y_m)
+        if doubt is None or max(doubt[0, 0], doubt[1, 1]) <= _USELESS_M**2:
+            self._stays_at = None
+        elif since is None or math.dist(since, place) > _STAYS_M:
+            self._stays_at, self._stays = place, 0
+        self._stays += self._stays_at is not None
+        if self._stays_at is None or self._stays < self._patience:
+            return False
+        self._stays_at, self._patience = None, 2 * self._patience
+        return True

@@ -1,13 +1,79 @@
 """The filter's process model: odometry moves the pose, constants fade towards their prior."""
 
+from dataclasses import dataclass
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.angles import angle_difference, deg, wrap_angle
+from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
-from goalreach_perception.measurement_model import DRIFT, HEADING, HEIGHT, SCALE
+from goalreach_perception.measurement_model import DRIFT, HEADING, HEIGHT, SCALE, SLIP
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterConfig(Configuration):
+    """Process noise and gates of the filter."""
+
+    slip_m_per_sqrt_m: float = parameter(
+        0.0002,
+        'Random part of the odometry, m per square root of a metre (1 sigma; chosen: small beside '
+        'the errors of scale and drift, which are states; with five times as much the covariance '
+        'was a tenth too large)',
+        within=(0.0, 1.0),
+    )
+    heading_walk_rad_per_sqrt_m: float = parameter(
+        deg(0.004),
+        'Random part of the heading, rad per square root of a metre (1 sigma; chosen as above)',
+        within=(0.0, 1.0),
+    )
+    heading_walk_rad_per_sqrt_rad: float = parameter(
+        0.0,
+        'Random part of the heading, rad per square root of a radian turned (1 sigma; none for a '
+        'synchro drive; 0.01 where two wheels turn the base, for radii wrong by 0.5 %)',
+        within=(0.0, 1.0),
+    )
+    slip_sigma_s: float = parameter(
+        0.005,
+        'Sideways slip: speed across the wheels over speed times turning rate, s (1 sigma; '
+        'chosen: 5 mm/s in a bend of 1 m/s^2)',
+        within=(0.0, 1.0),
+    )
+    delay_sigma_s: float = parameter(
+        0.075,
+        'Error of camera_delay_s where images, odometry and joints have stamps of their own, s (1 '
+        'sigma; chosen: webcams are 0 to 0.15 s late); 0: none, it is not estimated',
+        within=(0.0, 1.0),
+    )
+    mount_sigma_m: float = parameter(
+        0.002, 'Error of the place of the lens on the head, m (1 sigma; chosen)', within=(0.0, 1.0)
+    )
+    memory_s: float = parameter(
+        1e5,
+        'Time constant with which biases and calibration return to their prior, s (chosen: about '
+        'a day; small errors that repeat from image to image then do not cause false certainty)',
+        within=(1.0, 1e9),
+    )
+    led_gate: float = parameter(
+        16.0, 'Largest squared distance of one LED from its prediction, 2 dof', within=(1.0, None)
+    )
+    joint_gate: float = parameter(
+        32.0,
+        'Largest squared distance of all LEDs of an image together (p = 2e-5)',
+        within=(1.0, None),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OdometryConfig(Configuration):
+    """What is known of the errors of the odometry."""
+
+    scale: float = parameter(1.0, 'Distance driven over that of odom', within=(0.1, 10.0))
+    turn_scale: float = parameter(1.0, 'Angle turned over that of odom', within=(0.1, 10.0))
+    drift_rad_per_m: float = parameter(
+        0.0, 'Turn of the base while it drives that odom lacks, rad/m', within=(-1.0, 1.0)
+    )
 
 
 class OdometryModel:
@@ -16,47 +82,55 @@ class OdometryModel:
     A rotation or a change of scale of the whole map about the origin shifts a position in
     proportion to its distance from there. To preserve that, the derivatives by heading and scale
     use the displacement between predicted positions, corrections included.
-
-    Args:
-        size: Length of the state vector.
     """
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, config: OdometryConfig | None = None) -> None:
+        self._config = config or OdometryConfig()
         self._transition = np.eye(size)
         self._predicted_m = (0.0, 0.0)
+
+    def set_known_errors(self, mean: FloatArray) -> None:
+        """Set scale and drift of a state vector to those that are known."""
+        mean[SCALE], mean[DRIFT] = self._config.scale - 1.0, self._config.drift_rad_per_m
 
     def restart(self, x_m: float, y_m: float) -> None:
         """Set the predicted position, metres in `map`."""
         self._predicted_m = (x_m, y_m)
 
-    def propagate_mean(self, mean: FloatArray, before: Pose2, after: Pose2) -> float:
+    def propagate_mean(
+        self, mean: FloatArray, before: Pose2, after: Pose2, dt_s: float = math.inf
+    ) -> tuple[float, float]:
         """Move the mean in place.
 
         Args:
             mean: The state vector.
             before: Odometry pose at the last image.
             after: Odometry pose now, in the same frame.
+            dt_s: Time between them; wheels slip outward by their speed times the turn.
 
         Returns:
-            The distance by odometry, metres.
+            The distance by odometry, metres, and the turn, radians.
         """
         dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
-        turn = angle_difference(after.heading_rad, before.heading_rad)
+        turn = self._config.turn_scale * angle_difference(after.heading_rad, before.heading_rad)
         distance = math.hypot(dx, dy)
         x_m, y_m, heading, _, _, scale, drift = mean[:HEIGHT].tolist()
         between = heading - before.heading_rad + 0.5 * drift * distance
         cosine, sine = math.cos(between), math.sin(between)
         east, north = cosine * dx - sine * dy, sine * dx + cosine * dy
-        x_m, y_m = x_m + (1.0 + scale) * east, y_m + (1.0 + scale) * north
+        bend, slip = turn / dt_s, float(mean[SLIP])
+        x_m += (1.0 + scale) * east + slip * bend * north
+        y_m += (1.0 + scale) * north - slip * bend * east
         mean[:3] = x_m, y_m, wrap_angle(heading + turn + drift * distance)
         matrix = self._transition
         matrix[0, DRIFT], matrix[1, DRIFT] = -0.5 * distance * north, 0.5 * distance * east
         matrix[2, DRIFT] = distance
+        matrix[0, SLIP], matrix[1, SLIP] = bend * north, -bend * east
         east, north = x_m - self._predicted_m[0], y_m - self._predicted_m[1]
         matrix[0, HEADING], matrix[1, HEADING] = -north, east
         matrix[0, SCALE], matrix[1, SCALE] = east, north
         self._predicted_m = (x_m, y_m)
-        return distance
+        return distance, turn
 
     def propagate_covariance(self, covariance: FloatArray) -> FloatArray:
         """Return the covariance after the last motion, without process noise."""
@@ -78,23 +152,28 @@ class FadingMemory:
 
     Args:
         mean: (n,) prior mean.
-        sigmas: (n,) prior standard deviations.
+        prior: (n, n) prior covariance.
         fading: (n,) whether each state fades.
         memory_s: Time constant.
     """
 
     def __init__(
-        self, mean: FloatArray, sigmas: FloatArray, fading: NDArray[np.bool_], memory_s: float
+        self, mean: FloatArray, prior: FloatArray, fading: NDArray[np.bool_], memory_s: float
     ) -> None:
         self._mean = mean.copy()
-        self._variance = sigmas**2
+        self._prior = prior.copy()
         self._fading = fading
         self._memory_s = memory_s
+
+    def grow(self, factor: float) -> None:
+        """Multiply the prior variances."""
+        self._prior *= factor
 
     def fade(
         self, mean: FloatArray, covariance: FloatArray, dt_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance after some time; an infinite time restores the prior."""
         keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
-        gained = np.diag((1.0 - keep * keep) * self._variance)
-        return self._mean + keep * (mean - self._mean), np.outer(keep, keep) * covariance + gained
+        kept = np.outer(keep, keep)
+        gained = (1.0 - kept) * self._prior
+        return self._mean + keep * (mean - self._mean), kept * covariance + gained

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import angle_difference
-from goalreach_msgs_py.camera import PinholeCamera, camera_azimuth, points_in_camera
-from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.values import FloatArray, LandmarkObservation, Pose2
+from goalreach_perception.camera_mount import CameraMount
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 
@@ -39,15 +40,11 @@ _KIND_LENGTH = 12
 
 
 class SensorMonitor:
-    """Compares spots and odometry with the tracked pose; it does not affect the localizer.
-
-    Args:
-        config: Configuration of the localizer.
-    """
+    """Compares spots and odometry with the tracked pose; it does not affect the localizer."""
 
     def __init__(self, config: LocalizerConfig) -> None:
         self._leds_m = config.landmark_array_m
-        self._height_m = config.camera_height_m
+        self._mount = CameraMount(config.mount)
         self._detector = config.spot_detector()
         self._missing = [0] * len(self._leds_m)
         self._spurious_scans = 0
@@ -58,6 +55,7 @@ class SensorMonitor:
         self._reported_ns: dict[str, int] = {}
         self._last_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
+        self._told_delay = False
 
     def check(
         self,
@@ -65,36 +63,29 @@ class SensorMonitor:
         time_ns: int,
         image: NDArray[np.uint8],
         camera: PinholeCamera,
-        joints: HeadAngles,
         odometry: Pose2,
         output: LocalizerOutput,
     ) -> list[str]:
-        """Return one line per fault; repeat a lasting one once a second.
-
-        Args:
-            time_ns: Stamp of the image.
-            image: (height, width) mono8.
-            camera: Intrinsics of the camera.
-            joints: Encoder readings.
-            odometry: Pose in `odom`.
-            output: Output of the localizer for the image.
-        """
+        """Return one line per fault; repeat a lasting one once a second."""
         lines = self._jumped(odometry) + self._lost(output, odometry)
+        lines += [output.misfit] if output.misfit else []
+        lines += self._late(output)
         if output.mode != 'tracking':
             self._poses.clear()
             self._missing = [0] * len(self._leds_m)
             return self._due(lines, time_ns)
-        pose = output.estimate.pose
         self._frames += 1
         scan = self._frames % _SCAN_FRAMES == 0
-        if scan or any(seen is None for seen in output.landmarks):
-            pixels = self._expected(pose, joints, camera)
-            lines += self._dark(pixels, camera, output)
+        leds = output.landmarks[: len(self._leds_m)]
+        if leds and (scan or any(seen is None for seen in leds)):
+            seen_m = self._mount.points_in_camera(self._leds_m, *output.seen_from)
+            pixels = camera.project(seen_m)
+            lines += self._dark(pixels, camera, leds)
             if scan:
                 lines += self._spurious(image, pixels)
         else:
             self._missing = [0] * len(self._leds_m)
-        return self._due(lines + self._standing(pose, odometry), time_ns)
+        return self._due(lines + self._standing(output.estimate.pose, odometry), time_ns)
 
     def _due(self, lines: list[str], time_ns: int) -> list[str]:
         """Return the lines of new faults, and of lasting ones not reported for a second."""
@@ -126,17 +117,22 @@ class SensorMonitor:
             return ['odometry stands still while the LEDs show motion']
         return [f'the pose was lost: {output.reason}']
 
-    def _expected(self, pose: Pose2, joints: HeadAngles, camera: PinholeCamera) -> FloatArray:
-        centre_m = np.array([pose.x_m, pose.y_m, self._height_m])
-        azimuth_rad, tilt_rad = camera_azimuth(pose.heading_rad, joints), joints.tilt_rad
-        return camera.project(points_in_camera(self._leds_m, centre_m, azimuth_rad, tilt_rad))
+    def _late(self, output: LocalizerOutput) -> list[str]:
+        """Return once which delay of the images to write."""
+        if self._told_delay or output.delay is None or not output.delay.advice:
+            return []
+        self._told_delay = True
+        return [output.delay.advice]
 
     def _dark(
-        self, pixels: FloatArray, camera: PinholeCamera, output: LocalizerOutput
+        self,
+        pixels: FloatArray,
+        camera: PinholeCamera,
+        leds: tuple[LandmarkObservation | None, ...],
     ) -> list[str]:
         low, width, height = _INSIDE_PX, camera.width_px, camera.height_px
         lines = []
-        for led, ((u, v), seen) in enumerate(zip(pixels.tolist(), output.landmarks, strict=True)):
+        for led, ((u, v), seen) in enumerate(zip(pixels.tolist(), leds, strict=True)):
             inside = low < u < width - low and low < v < height - low
             if seen is not None:
                 self._missing[led] = 0
@@ -148,7 +144,7 @@ class SensorMonitor:
 
     def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
         spots = self._detector.in_frame(image).pixels_px
-        spurious = [(u, v) for u, v in spots.tolist() if not _is_near(u, v, pixels)]
+        spurious = [at for at in spots.tolist() if np.hypot(*(pixels - at).T).min() >= _MATCH_PX]
         self._spurious_scans = self._spurious_scans + 1 if spurious else 0
         if self._spurious_scans < 2:  # noqa: PLR2004 - a spot in one image alone is image noise
             return []
@@ -171,8 +167,3 @@ class SensorMonitor:
 
 def _distance_m(one: Pose2, other: Pose2) -> float:
     return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
-
-
-def _is_near(u_px: float, v_px: float, pixels: FloatArray) -> bool:
-    distances = np.hypot(pixels[:, 0] - u_px, pixels[:, 1] - v_px)
-    return bool((distances < _MATCH_PX).any())

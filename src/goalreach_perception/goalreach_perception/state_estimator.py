@@ -31,10 +31,10 @@ class StateEstimatorConfig(Configuration):
     """Region borders, goal and thresholds of the confidence."""
 
     x_knots_m: tuple[float, ...] = parameter(
-        DEFAULT_X_KNOTS_M, 'Knots x0 ... x5 of the fuzzy sets over x, m (Fig. 5 a)', length=6
+        DEFAULT_X_KNOTS_M, 'Knots x0 ... x5 of the fuzzy sets over x, m (Fig. 5 a)'
     )
     y_knots_m: tuple[float, ...] = parameter(
-        DEFAULT_Y_KNOTS_M, 'Knots y0 ... y5 of the fuzzy sets over y, m (Fig. 5 b)', length=6
+        DEFAULT_Y_KNOTS_M, 'Knots y0 ... y5 of the fuzzy sets over y, m (Fig. 5 b)'
     )
     goal: str = parameter(region_name(GOAL_REGION), 'Goal region as X/Y, section "The State Set"')
     max_position_sigma_m: float = parameter(
@@ -61,7 +61,8 @@ class StateEstimatorConfig(Configuration):
     def for_arena(cls, arena: Arena) -> StateEstimatorConfig:
         """Return the configuration for the regions and the goal of an arena."""
         x_knots_m, y_knots_m = arena.regions.x_knots_m, arena.regions.y_knots_m
-        return cls(x_knots_m=x_knots_m, y_knots_m=y_knots_m, goal=region_name(arena.regions.goal))
+        goal = region_name(arena.regions.goal, arena.regions.shape)
+        return cls(x_knots_m=x_knots_m, y_knots_m=y_knots_m, goal=goal)
 
     def region_map(self) -> RegionMap:
         """Return the regions of the knots with the goal.
@@ -74,11 +75,7 @@ class StateEstimatorConfig(Configuration):
 
 
 class StateEstimator:
-    """Computes the state of sections "The State Set" and "The Testing Phase".
-
-    Args:
-        config: Region borders, goal and thresholds.
-    """
+    """Computes the state of sections "The State Set" and "The Testing Phase"."""
 
     def __init__(self, config: StateEstimatorConfig) -> None:
         self._config = config
@@ -86,12 +83,7 @@ class StateEstimator:
         self._goal_bounds_m = self._regions.bounds(self._regions.goal)
 
     def estimate(self, pose: PoseEstimate, *, age_s: float = 0.0) -> RegionState:
-        """Return the state of a pose.
-
-        Args:
-            pose: The estimated pose with its covariance.
-            age_s: Its age, seconds.
-        """
+        """Return the state of a pose."""
         x_m, y_m = pose.pose.x_m, pose.pose.y_m
         covariance = pose.covariance
         mu_x, mu_y = self._regions.memberships_at(x_m, y_m)

@@ -11,8 +11,11 @@ from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.ros.messaging import (
     DEEP_QOS,
     RELIABLE_QOS,
+    SENSOR_QOS,
     InputReporter,
     StampedReply,
+    advertise,
+    frame_prefix,
     subscribe_raw,
 )
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
@@ -29,20 +32,25 @@ class StateEstimatorNode(Node):
 
     Publishes: `/state` with the stamp of the pose; `/diagnostics`.
     Subscribes: `/pose`; `/clock`: a pose whose stamp is too far from it, either way, is STALE.
-    Parameters: the fields of `StateEstimatorConfig`.
+    Parameters: the fields of `StateEstimatorConfig`; `goal` may change while it runs.
     """
 
     def __init__(self) -> None:
         super().__init__(_NAME)
-        self._estimator = StateEstimator(NodeConfig(self, StateEstimatorConfig).value)
+        config = NodeConfig(self, StateEstimatorConfig, live=('goal',), on_change=self._on_config)
+        self._on_config(config.value)
         self._reply = StampedReply()
-        self._diagnostics = Diagnostics(self)
-        self._state = self.create_publisher(DiagnosticArray, STATE, DEEP_QOS)
-        self._reporter = InputReporter(self, [CLOCK, POSE])
+        self._prefix = frame_prefix(self)
+        self._diagnostics = Diagnostics(self, self._reply)
+        self._state = advertise(self, DiagnosticArray, STATE, DEEP_QOS)
+        self._reporter = InputReporter(self, [POSE])
         self._clock_ns: int | None = None
         self._period_ns = 0
         subscribe_raw(self, PoseWithCovarianceStamped, POSE, self._on_pose, RELIABLE_QOS)
-        subscribe_raw(self, Clock, CLOCK, self._on_clock, RELIABLE_QOS)
+        subscribe_raw(self, Clock, CLOCK, self._on_clock, SENSOR_QOS)
+
+    def _on_config(self, config: StateEstimatorConfig) -> None:
+        self._estimator = StateEstimator(config)
 
     def _on_clock(self, now_ns: int, _raw: bytes) -> None:
         self._period_ns = 0 if self._clock_ns is None else now_ns - self._clock_ns
@@ -65,11 +73,11 @@ class StateEstimatorNode(Node):
             return
         pose = estimate_from_raw(raw)
         state = self._estimator.estimate(pose, age_s=self._age_s(stamp_ns))
-        self._reply.send(self._state, state_to_raw(state, stamp_ns))
+        self._reply.send(self._state, state_to_raw(state, stamp_ns, self._prefix))
         self._diagnostics.tick(
             stamp_ns,
             state.confidence.value,
-            lambda: {'region': region_name(state.region)},
+            lambda: {'region': region_name(state.region, (len(state.mu_x), len(state.mu_y)))},
             ok=state.confidence is Confidence.OK,
         )
 

@@ -20,16 +20,19 @@ _COLOURS = (
 """Orange, sky blue and green, distinct with any colour vision; repeated for further LEDs."""
 
 
-def image_markers(landmarks: Sequence[LandmarkObservation | None], stamp_ns: int) -> ImageMarker:
+def image_markers(
+    landmarks: Sequence[LandmarkObservation | None], stamp_ns: int, prefix: str = ''
+) -> ImageMarker:
     """Return one dot for each detected LED, in pixels, coloured by its number.
 
     Args:
         landmarks: Observation of LED i, or None if it was not detected.
         stamp_ns: Stamp of the image.
+        prefix: Prefix of the frame.
     """
     detected = [(number, led) for number, led in enumerate(landmarks) if led is not None]
     return ImageMarker(
-        header=header(stamp_ns, CAMERA_FRAME),
+        header=header(stamp_ns, prefix + CAMERA_FRAME),
         ns=_NAMESPACE,
         type=ImageMarker.POINTS,
         action=ImageMarker.ADD if detected else ImageMarker.REMOVE,

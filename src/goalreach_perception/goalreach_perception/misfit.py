@@ -1,0 +1,156 @@
+"""Notices that the model does not fit: innovations beyond their covariance, joints of wrong sign.
+
+The normalized innovations squared of consistent images average at most one for each degree of
+freedom. Where they average more over a second, the covariance grows by that factor, priors of all
+constants included, until they fit (a fading-memory filter that fades only when it must: Xia et
+al., "Adaptive fading Kalman filter with an application", Automatica 1994).
+"""
+
+import math
+from statistics import NormalDist
+from typing import Final
+
+import numpy as np
+
+from goalreach_msgs_py.angles import wrap_angle
+from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_perception.measurement_model import HEADING
+
+_KEEP = 0.96
+"""Weight of the images before, from one image to the next: 25 images count. Chosen."""
+_LEAST_FREEDOM = 30.0
+_LARGEST_PER_FREEDOM = 6.0
+"""A single image counts at most this much: it may have been an outlier. Chosen."""
+_MISFIT = 1.3
+"""Largest average that fits. Chosen: nominal drives average 0.5, at most 1.2 in 7 minutes."""
+_SUSPECT_SIGMAS, _SUSPECT_LED_SIGMAS, _COORDINATES = 4.0, 3.5, 9
+"""A constant, or one of the coordinates of three LEDs, so many standard deviations from what was
+given does not fit. Chosen: one of 400 drives with the presets of noise reaches the latter."""
+_CLEARED, _OBSERVED = 0.75, 0.95
+"""A suspect is cleared within this part of its limit, where images have told of it: its standard
+deviation is below this part of the given one. Chosen."""
+_NORMAL: Final = NormalDist()
+_TINY = 1e-12
+_WEIGHTS = (0, 0, 1, 4)
+_UNSOLVED, _UNLIT = 100, 500
+"""Unsolved images until the user is told, weighted for no, one, two and more lights; and images of
+no light or one. Chosen: a head that turns finds LEDs in 3 s, or 75 images."""
+_DISAGREES_RAD, _AGREES_RAD = 0.15, 0.05
+_LATE_RAD = 0.02
+_VOTES = 2
+_ADVICE = (
+    'no two LEDs are seen in any direction: check the sign of tilt_joint, the LEDs, the exposure '
+    'of the camera and the image'
+)
+
+
+class InnovationWatch:
+    """Compares innovations with their covariance."""
+
+    def __init__(self) -> None:
+        self._sum = self._freedom = 0.0
+
+    def add(self, distance2: float, freedom: int) -> float:
+        """Add the innovation of an image; return by how much the covariance must grow, or one."""
+        self._sum = _KEEP * self._sum + min(distance2, _LARGEST_PER_FREEDOM * freedom)
+        self._freedom = _KEEP * self._freedom + freedom
+        average = self._sum / self._freedom
+        if self._freedom < _LEAST_FREEDOM or average <= _MISFIT:
+            return 1.0
+        self._sum = self._freedom = 0.0
+        return average
+
+
+class ConstantsWatch:
+    """Finds the constant whose estimate is too far from what was given, an LED above all.
+
+    The limit of the coordinates of LEDs and tags grows with their number, so that chance exceeds
+    it as rarely as with three LEDs (Bonferroni's inequality: Dunn, "Multiple comparisons among
+    means", JASA 1961).
+
+    Args:
+        given: What was given for all states.
+        sigmas: Its standard deviations.
+        places: The states that are surveyed coordinates.
+
+    Attributes:
+        suspect: Index of the constant; 0 for none.
+    """
+
+    def __init__(self, given: FloatArray, sigmas: FloatArray, places: slice) -> None:
+        self._given, self._sigmas, self._places = given.copy(), np.maximum(sigmas, _TINY), places
+        beyond = (1.0 - _NORMAL.cdf(_SUSPECT_LED_SIGMAS)) * _COORDINATES
+        self._limits = np.full(len(given), _SUSPECT_SIGMAS)
+        self._limits[places] = _NORMAL.inv_cdf(1.0 - beyond / (places.stop - places.start))
+        self._limits[: HEADING + 1] = math.inf
+        self.suspect = 0
+
+    def update(self, mean: FloatArray, covariance: FloatArray) -> None:
+        """Look for a suspect, or clear it once images tell that it is near what was given."""
+        excess = np.abs(mean - self._given) / self._sigmas / self._limits
+        places, suspect = excess[self._places], self.suspect
+        if places.max() > 1.0:
+            self.suspect = self._places.start + int(places.argmax())
+        elif excess.max() > 1.0 and suspect < self._places.start:
+            self.suspect = int(excess.argmax())
+        elif excess[suspect] < _CLEARED:
+            observed = covariance[suspect, suspect] < (_OBSERVED * self._sigmas[suspect]) ** 2
+            self.suspect = 0 if observed else suspect
+
+
+class FixWatch:
+    """Finds joints of wrong sign from poses of single images, and lights that no pose explains."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, HeadAngles, float] | None = None
+        self._votes = {'turret': 0, 'pan': 0}
+        self._unsolved = self._unlit = 0
+
+    @property
+    def advice(self) -> str:
+        """What to check where no lights are found; no reason to refuse a pose."""
+        return _ADVICE if self._unlit >= _UNLIT else ''
+
+    @property
+    def reason(self) -> str:
+        """What does not fit and what to check; empty if nothing is known."""
+        for joint, votes in self._votes.items():
+            if votes >= _VOTES:
+                return (
+                    f'the {joint} joint turns against its reading: check the sign of {joint}_joint'
+                )
+        if self._unsolved >= _UNSOLVED:
+            return (
+                'no pose explains the lights seen: check the sign of tilt_joint, landmarks_m, '
+                'camera_mount and camera_info'
+            )
+        return ''
+
+    def add_unsolved(self, lights: int) -> None:
+        """Count an image whose lights no pose explains."""
+        self._unsolved += _WEIGHTS[min(lights, len(_WEIGHTS) - 1)]
+        self._unlit = self._unlit + 1 if lights <= 1 else 0
+
+    def add_fix(self, azimuth_rad: float, joints: HeadAngles, late_rad: float = 0.0) -> None:
+        """Compare the camera's turn from one fix to the next with that of the joints.
+
+        Args:
+            azimuth_rad: Azimuth of the camera by the image, minus the heading of the odometry.
+            joints: Encoder readings.
+            late_rad: How far the camera turns in the time by which the image may be late; only
+                fixes of the same are compared.
+        """
+        self._unsolved = self._unlit = 0
+        if self._last is not None and abs(self._last[2] - late_rad) < _LATE_RAD:
+            before_rad, before, _ = self._last
+            turret, pan = joints.turret_rad - before.turret_rad, joints.pan_rad - before.pan_rad
+            rest = wrap_angle(azimuth_rad - before_rad - turret - pan)
+            turns = {'turret': turret, 'pan': pan}
+            if abs(rest) < _AGREES_RAD < abs(turret) and abs(pan) > _AGREES_RAD:
+                self._votes = dict.fromkeys(turns, 0)
+            fits = [
+                j for j, turn in turns.items() if abs(wrap_angle(rest + 2 * turn)) < _AGREES_RAD
+            ]
+            if abs(rest) > _DISAGREES_RAD and len(fits) == 1:
+                self._votes[fits[0]] += 1
+        self._last = azimuth_rad, joints, late_rad

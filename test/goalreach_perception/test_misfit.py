@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_perception.measurement_model import FOCAL, LEDS
+from goalreach_perception.misfit import ConstantsWatch, FixWatch, InnovationWatch
+
+
+def test_consistent_innovations_let_nothing_grow() -> None:
+    watch = InnovationWatch()
+    assert [watch.add(6.0, 6) for _ in range(200)] == [1.0] * 200
+    assert watch.add(1e6, 6) == 1.0  # one outlier: it counts as 36
+
+
+def test_innovations_beyond_their_covariance_let_it_grow_by_their_average() -> None:
+    watch = InnovationWatch()
+    growth = [watch.add(24.0, 6) for _ in range(6)]
+    assert growth[:5] == [1.0] * 5
+    assert growth[5] == pytest.approx(4.0)
+    assert watch.add(24.0, 6) == 1.0  # the next second begins
+
+
+def _joints(turret_rad: float, pan_rad: float) -> HeadAngles:
+    return HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=0.2)
+
+
+@pytest.mark.parametrize(('joint', 'signs'), [('pan', (1, -1)), ('turret', (-1, 1)), ('', (1, 1))])
+def test_a_joint_of_wrong_sign_is_named(joint: str, signs: tuple[int, int]) -> None:
+    watch = FixWatch()
+    for turret, pan in ((0.0, 0.0), (0.7, 0.3), (0.2, -0.8), (-0.4, 0.9)):
+        azimuth = math.remainder(2.0 + signs[0] * turret + signs[1] * pan, math.tau)
+        watch.add_fix(azimuth, _joints(turret, pan))
+    assert f'the sign of {joint}_joint' in watch.reason if joint else not watch.reason
+
+
+def test_lights_that_no_pose_explains_are_reported_until_one_does() -> None:
+    watch = FixWatch()
+    for _ in range(24):
+        watch.add_unsolved(3)
+    assert not watch.reason
+    watch.add_unsolved(4)
+    assert 'landmarks_m' in watch.reason
+    watch.add_fix(1.0, _joints(0.0, 0.0))
+    assert not watch.reason
+
+
+def test_a_search_that_sees_no_two_leds_is_reported_but_refuses_no_pose() -> None:
+    watch = FixWatch()
+    for lights in [0, 1] * 250:
+        assert not watch.advice
+        watch.add_unsolved(lights)
+    assert 'the sign of tilt_joint' in watch.advice
+    watch.add_unsolved(2)
+    assert not watch.advice
+
+
+def _watched(coordinates: int) -> tuple[ConstantsWatch, FloatArray, FloatArray]:
+    size = LEDS + coordinates + 3
+    return (
+        ConstantsWatch(np.zeros(size), np.ones(size), slice(LEDS, LEDS + coordinates)),
+        np.zeros(size),
+        np.diag(np.full(size, 0.8)),
+    )
+
+
+@pytest.mark.parametrize(('coordinates', 'limit'), [(9, 3.5), (72, 4.02)])
+def test_the_limit_of_a_survey_grows_with_the_number_of_coordinates(
+    coordinates: int, limit: float
+) -> None:
+    watch, mean, covariance = _watched(coordinates)
+    for excess, suspect in ((limit - 0.02, 0), (limit + 0.02, LEDS + 4)):
+        mean[LEDS + 4] = -excess
+        watch.update(mean, covariance)
+        assert watch.suspect == suspect
+
+
+def test_a_landmark_is_suspected_before_other_constants() -> None:
+    watch, mean, covariance = _watched(9)
+    mean[FOCAL] = 4.1
+    watch.update(mean, covariance)
+    assert watch.suspect == FOCAL
+    mean[LEDS] = 3.6
+    watch.update(mean, covariance)
+    assert watch.suspect == LEDS
+    mean[LEDS] = 3.0
+    watch.update(mean, covariance)
+    assert watch.suspect == LEDS
+
+
+def test_a_suspect_is_cleared_by_evidence_not_by_forgetting() -> None:
+    watch, mean, covariance = _watched(9)
+    mean[LEDS + 1] = 5.0
+    watch.update(mean, covariance)
+    mean[LEDS + 1], covariance[LEDS + 1, LEDS + 1] = 0.0, 1.0
+    watch.update(mean, covariance)
+    assert watch.suspect == LEDS + 1
+    mean[LEDS + 1], covariance[LEDS + 1, LEDS + 1] = 2.0, 0.8
+    watch.update(mean, covariance)
+    assert watch.suspect == 0
