@@ -5,6 +5,7 @@ import pytest
 
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.camera_view import (
     CameraPose,
@@ -13,11 +14,14 @@ from goalreach_sim.camera_view import (
     emission_axes,
     emission_exponent,
     is_hidden,
-    posts_from_flat,
 )
 
 Distortion = tuple[float, float, float, float, float]
 IDEAL: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def post(x_m: float, y_m: float, radius_m: float, height_m: float) -> list[Obstacle]:
+    return [Obstacle(x_m=x_m, y_m=y_m, radius_m=radius_m, height_m=height_m)]
 
 
 def make_camera(distortion: Distortion = IDEAL) -> PinholeCamera:
@@ -71,40 +75,24 @@ def test_points_behind_are_invisible() -> None:
 
 
 def test_hidden_led() -> None:
-    view = CameraView(make_camera(), led(0.0, 0.0), posts=((1.0, 0.0, 0.1, 2.0),))
+    view = CameraView(make_camera(), led(0.0, 0.0))
+    view.obstacles = post(1.0, 0.0, 0.1, 2.0)
     assert math.isnan(view.pixels(make_pose())[0][0])
 
 
-def test_rolling_exposure_of_a_turning_camera() -> None:
-    # The middle row of 480 is exposed (240 / 479 - 1) * 0.04 s = -19.958 ms before the stamp.
-    # At 1 rad/s the camera then looked 19.958 mrad further right: the LED lies further left.
-    view = CameraView(make_camera(), led(0.0, 0.0), rolling_exposure_s=0.04)
-    early_rad = (1.0 - 240.0 / 479.0) * 0.04
-    u_px, v_px = view.pixels(make_pose(azimuth_rad_per_s=1.0))[0]
-    assert u_px == pytest.approx(320.0 - 500.0 * math.tan(early_rad), abs=1e-9)
+def test_a_moving_camera_at_another_time_than_the_stamp() -> None:
+    # 20 ms before the stamp: at 1 rad/s the camera looked 20 mrad further right, so that the LED
+    # straight ahead lies further left; at 0.5 m/s it was 10 mm further away.
+    ahead = CameraView(make_camera(), led(0.0, 0.0))
+    u_px, v_px = ahead.pixels(make_pose(azimuth_rad_per_s=1.0), -0.02)[0]
+    assert u_px == pytest.approx(320.0 - 500.0 * math.tan(0.02), abs=1e-9)
     assert v_px == pytest.approx(240.0, abs=1e-9)
-
-
-def test_rolling_exposure_finds_the_row_of_a_tilting_camera() -> None:
-    # v satisfies v = 240 + 500 tan(tilt(v)) with tilt(v) = (v / 479 - 1) * 0.04 * 1 rad/s.
-    view = CameraView(make_camera(), led(0.0, 0.0), rolling_exposure_s=0.04)
-    _, v_px = view.pixels(make_pose(tilt_rad_per_s=1.0))[0]
-    assert v_px == pytest.approx(240.0 + 500.0 * math.tan((v_px / 479.0 - 1.0) * 0.04), abs=1e-3)
-    assert v_px == pytest.approx(229.6, abs=0.1)
-
-
-def test_rolling_exposure_of_a_still_camera_changes_nothing() -> None:
-    rolling = CameraView(make_camera(), led(0.4, 0.2), rolling_exposure_s=0.04)
-    assert rolling.pixels(make_pose())[0] == pytest.approx((220.0, 190.0), abs=1e-9)
-
-
-def test_rolling_exposure_of_a_driving_robot() -> None:
-    # Row 190, 24.13 ms before the stamp at 0.5 m/s: 12.07 mm further away.
-    rolling = CameraView(make_camera(), led(0.4, 0.2), rolling_exposure_s=0.04)
-    u_px, v_px = rolling.pixels(make_pose(speed_m_per_s=0.5))[0]
-    range_m = 2.0 + 0.5 * (1.0 - v_px / 479.0) * 0.04
-    assert u_px == pytest.approx(320.0 - 500.0 * 0.4 / range_m, abs=1e-5)
-    assert v_px == pytest.approx(240.0 - 500.0 * 0.2 / range_m, abs=1e-5)
+    _, v_px = ahead.pixels(make_pose(tilt_rad_per_s=1.0), -0.02)[0]
+    assert v_px == pytest.approx(240.0 - 500.0 * math.tan(0.02), abs=1e-9)
+    aside = CameraView(make_camera(), led(0.4, 0.2))
+    u_px, v_px = aside.pixels(make_pose(speed_m_per_s=0.5), -0.02)[0]
+    assert u_px == pytest.approx(320.0 - 500.0 * 0.4 / 2.01, abs=1e-9)
+    assert v_px == pytest.approx(240.0 - 500.0 * 0.2 / 2.01, abs=1e-9)
 
 
 def test_leds_of_the_goal_wall_shine_along_y() -> None:
@@ -132,16 +120,8 @@ def test_half_as_strong_at_the_half_angle() -> None:
 CAMERA_M = (0.0, 0.0, 1.0)
 
 
-def test_posts_from_flat_numbers() -> None:
-    assert posts_from_flat(()) == ()
-    assert posts_from_flat((1.0, 2.0, 0.1, 1.5, 3.0, 4.0, 0.2, 2.5)) == (
-        (1.0, 2.0, 0.1, 1.5),
-        (3.0, 4.0, 0.2, 2.5),
-    )
-
-
 @pytest.mark.parametrize(
-    ('post', 'hidden'),
+    ('place', 'hidden'),
     [
         ((2.0, 0.0, 0.1, 2.0), True),
         ((2.0, 0.09, 0.1, 2.0), True),
@@ -153,9 +133,9 @@ def test_posts_from_flat_numbers() -> None:
         ((2.0, 0.0, 0.1, 1.47), False),
     ],
 )
-def test_post_by_hand(post: tuple[float, float, float, float], hidden: bool) -> None:  # noqa: FBT001 - a parameter of the test
-    assert is_hidden(CAMERA_M, (4.0, 0.0, 2.0), [post]) is hidden
+def test_post_by_hand(place: tuple[float, float, float, float], hidden: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    assert is_hidden(CAMERA_M, (4.0, 0.0, 2.0), post(*place)) is hidden
 
 
 def test_an_led_straight_above_is_not_hidden() -> None:
-    assert not is_hidden(CAMERA_M, (0.0, 0.0, 2.0), [(0.0, 0.0, 0.1, 3.0)])
+    assert not is_hidden(CAMERA_M, (0.0, 0.0, 2.0), post(0.0, 0.0, 0.1, 3.0))

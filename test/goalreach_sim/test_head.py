@@ -5,8 +5,8 @@ from goalreach_sim.head import PanTiltHead, Servo
 from goalreach_sim.simulator_config import HeadConfig
 
 
-def make_head(noise_rad: float, resolution_rad: float = 0.0) -> PanTiltHead:
-    config = HeadConfig(rate_rad_per_s=1.0, encoder_resolution_rad=resolution_rad)
+def make_head(noise_rad: float) -> PanTiltHead:
+    config = HeadConfig(rate_rad_per_s=1.0)
     return PanTiltHead(
         config,
         noise_rad=noise_rad,
@@ -41,13 +41,6 @@ def test_reading_noise_matches_its_deviation() -> None:
     readings = np.array([head.read() for _ in range(4000)])
     assert readings.mean(axis=0) == pytest.approx([0.2, 0.1], abs=1e-4)
     assert readings.std(axis=0) == pytest.approx([0.001, 0.001], rel=0.06)
-
-
-def test_encoder_steps() -> None:
-    head = make_head(0.0, 0.01)
-    head.go_to(0.117, -0.093)
-    head.advance(10.0)
-    assert head.read() == pytest.approx((0.12, -0.09), abs=1e-15)
 
 
 def test_place_zeroes_both_angles() -> None:

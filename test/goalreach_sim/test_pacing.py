@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_sim.pacing import Pacer
+from goalreach_sim.ros.clocks import Pacer
 
 
 def make(speed: float = 1.0) -> Pacer:

@@ -6,8 +6,9 @@ import pytest
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
-from goalreach_sim.robot import Robot, Walls, first_crossing
+from goalreach_sim.robot import Robot
 from goalreach_sim.simulator_config import DriveConfig
+from goalreach_sim.walls import Walls, first_crossing
 
 CONFIG = DriveConfig(
     translation_speed_m_per_s=0.5,

@@ -6,6 +6,7 @@ import pytest
 
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.obstacles import Obstacle, obstacles_to_flat
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 from goalreach_sim.sensors import SensorFrame
 from goalreach_sim.simulator import Simulator
@@ -225,7 +226,8 @@ def test_bump_is_sensed() -> None:
 
 def test_a_post_hides_an_led() -> None:
     config = SimulatorConfig.for_arena(Arena(), noise_preset('none'))
-    config = dataclasses.replace(config, posts_m=(1.778, 2.0, 0.05, 1.9))
+    post = Obstacle(x_m=1.778, y_m=2.0, radius_m=0.05, height_m=1.9)
+    config = dataclasses.replace(config, obstacles=obstacles_to_flat([post]))
     simulator = Simulator(config, np.random.default_rng(1))
     simulator.reset(START)
     simulator.command_head(head(0.0, 0.0, 0.2))

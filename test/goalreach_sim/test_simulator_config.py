@@ -39,7 +39,8 @@ def test_survives_the_way_through_ros_parameters() -> None:
     ('values', 'line'),
     [
         ({'landmarks_m': (1.0, 2.0)}, 'landmarks_m'),
-        ({'posts_m': (1.0, 2.0, 0.1)}, 'posts_m'),
+        ({'tags': (1.0, 2.0, 0.1)}, 'tags'),
+        ({'tag_family': '36h12'}, 'tag_family'),
         ({'start_pose': (0.1, 2.0, 0.0)}, 'start_pose'),
         ({'start_pose': (1.0, 2.0)}, 'start_pose'),
         ({'start_pose': (1.0, math.nan, 0.0)}, 'start_pose'),

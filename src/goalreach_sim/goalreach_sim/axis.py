@@ -11,7 +11,7 @@ _Piece = tuple[float, float, float]
 """Duration (s), acceleration, velocity at the end."""
 
 DONE_S = 1e-12
-"""A piece with less time left than this has ended; absorbs the rounding of sums of steps."""
+"""Shorter times count as zero; absorbs the rounding of sums of steps."""
 
 
 class Axis:
@@ -61,17 +61,16 @@ class Axis:
         if not math.isfinite(velocity):
             raise ValueError(f'velocity {velocity!r} is not finite')
         target = min(max(velocity, -self.max_speed), self.max_speed)
-        if target == self._target and self._goal is None:
-            return
-        self._target = target
-        self._goal = None
-        self._plan = _ramp(self.velocity, target, self.acceleration)
+        if target != self._target or self._goal is not None:
+            self._ramp_to(target, self.acceleration)
 
     def brake(self, deceleration: float) -> None:
         """Ramp to rest with a deceleration that may exceed that of the axis."""
-        self._target = 0.0
-        self._goal = None
-        self._plan = _ramp(self.velocity, 0.0, deceleration)
+        self._ramp_to(0.0, deceleration)
+
+    def _ramp_to(self, target: float, acceleration: float) -> None:
+        self._target, self._goal = target, None
+        self._plan = _ramp(self.velocity, target, acceleration)
 
     def move_by(self, distance: float) -> None:
         """Move by a distance in the shortest time and stop; stop now if `speed` is 0.
@@ -84,8 +83,7 @@ class Axis:
         if self.speed <= 0.0:
             self.go(0.0)
             return
-        self._goal = self.position + distance
-        self._target = 0.0
+        self._goal, self._target = self.position + distance, 0.0
         self._plan_move(distance)
 
     def stall(self) -> None:
@@ -99,8 +97,7 @@ class Axis:
     def _plan_move(self, distance: float) -> None:
         self._plan = _trapezoid(distance, self.velocity, self.speed, self.acceleration)
         if not self._plan:
-            self.velocity = 0.0
-            self._goal = None
+            self.velocity, self._goal = 0.0, None
 
     def advance_piece(self, dt_s: float) -> None:
         """Advance by a time that is not longer than `piece_s`."""

@@ -1,13 +1,15 @@
-"""Projection of the LEDs into the image: lens, posts, rolling shutter and emission."""
+"""Projection of the LEDs into the image: lens, obstacles and emission."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from goalreach_msgs_py.angles import deg
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
+from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
 
@@ -39,62 +41,36 @@ def emission_exponent(half_angle_rad: float) -> float:
 def emission(cosine: float, exponent: float) -> float:
     """Return the strength of an LED off its axis, relative to that on its axis.
 
-    Models a domed LED by cos(angle / 2)^n: one on the axis, zero straight behind.
-
-    Args:
-        cosine: Cosine of the angle between its axis and the line of sight.
-        exponent: n, from `emission_exponent`.
+    Models a domed LED by cos(angle / 2)^n, n by `emission_exponent`: one on the axis, zero
+    straight behind. The cosine is that of the angle between its axis and the line of sight.
     """
     squared = 0.5 * (1.0 + cosine)  # cos^2 of half the angle
     return float(squared ** (0.5 * exponent)) if squared > 0.0 else 0.0
 
 
-Post = tuple[float, float, float, float]
-"""x and y of the axis in `map`, radius, height; metres."""
-
-
-def posts_from_flat(values: Sequence[float]) -> tuple[Post, ...]:
-    """Return the posts of a flat sequence x, y, radius, height, x, y, ..."""
-    numbers = iter(values)
-    return tuple(zip(numbers, numbers, numbers, numbers, strict=True))
-
-
-def is_hidden(camera_m: Sequence[float], led_m: Sequence[float], posts: Sequence[Post]) -> bool:
-    """Return whether a post blocks the line of sight from the camera to an LED.
-
-    Args:
-        camera_m: Optical centre x, y, z in `map`.
-        led_m: LED x, y, z in `map`.
-        posts: The posts.
-    """
+def is_hidden(
+    camera_m: Sequence[float], led_m: Sequence[float], obstacles: Iterable[Obstacle]
+) -> bool:
+    """Return whether an obstacle blocks the line of sight from the camera to an LED."""
     x_m, y_m, z_m = camera_m
     dx_m, dy_m, dz_m = (led_m[k] - camera_m[k] for k in range(3))
-    square = dx_m * dx_m + dy_m * dy_m
-    if square == 0.0:
+    if dx_m == dy_m == 0.0:
         return False
-    for post_x_m, post_y_m, radius_m, height_m in posts:
-        nearest = ((post_x_m - x_m) * dx_m + (post_y_m - y_m) * dy_m) / square
-        gap_x_m = x_m + nearest * dx_m - post_x_m
-        gap_y_m = y_m + nearest * dy_m - post_y_m
-        chord = radius_m * radius_m - gap_x_m * gap_x_m - gap_y_m * gap_y_m
-        if chord <= 0.0:
+    for one in obstacles:
+        if one.height_m < min(z_m, led_m[2]):
             continue
-        half = math.sqrt(chord / square)
-        enter, leave = max(nearest - half, 0.0), min(nearest + half, 1.0)
-        if enter < leave and z_m + min(enter * dz_m, leave * dz_m) <= height_m:
-            return True
+        if (chord := one.chord(x_m, y_m, dx_m, dy_m)) is not None:
+            enter, leave = max(chord[0], 0.0), min(chord[1], 1.0)
+            if enter < leave and z_m + min(enter * dz_m, leave * dz_m) <= one.height_m:
+                return True
     return False
 
-
-_ROLLING_STEPS = 3
-"""Fixed-point iterations for the row of a moving LED; each reduces the error a hundredfold."""
 
 _WIDEST = 5.0
 """Largest tangent of the off-axis angle considered for a distorted lens; chosen."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CameraPose:
+class CameraPose(NamedTuple):
     """Pose and velocity of the camera.
 
     Attributes:
@@ -114,55 +90,41 @@ class CameraPose:
     tilt_rad_per_s: float
 
 
+@dataclass(eq=False)
 class CameraView:
-    """Projects the LEDs into the image.
+    """Projects LEDs, or other points, into the image.
 
-    Args:
+    Attributes:
         camera: The real lens.
-        landmarks_m: (n, 3) true positions of the LEDs in `map`.
-        posts: Posts that may hide them.
-        rolling_exposure_s: Time from the exposure of the top row to that of the bottom row, whose
-            exposure is at the image's stamp; 0 for a global shutter.
+        points_m: (n, 3) true positions of the points in `map`.
+        obstacles: What may hide them.
     """
 
-    def __init__(
-        self,
-        camera: PinholeCamera,
-        landmarks_m: FloatArray,
-        *,
-        posts: tuple[Post, ...] = (),
-        rolling_exposure_s: float = 0.0,
-    ) -> None:
-        self._camera = camera
-        self._landmark_lists: list[list[float]] = landmarks_m.tolist()
-        self._posts = posts
-        self._rolling_exposure_s = rolling_exposure_s
-        self._widest = _monotonic_radius(camera)
+    camera: PinholeCamera
+    points_m: FloatArray
+    obstacles: Sequence[Obstacle] = ()
 
-    def pixels(self, pose: CameraPose) -> list[tuple[float, float]]:
-        """Return the pixel (u, v) of each LED; NaN where it is behind the camera or hidden."""
-        pixels = self._project(self._landmark_lists, pose, 0.0)
-        if self._rolling_exposure_s > 0.0:
-            for index, (_, v_px) in enumerate(pixels):
-                pixels[index] = self._at_its_row(index, v_px, pose)
-        if self._posts:
-            centre_m = pose.centre_m.tolist()
-            for index, led_m in enumerate(self._landmark_lists):
-                if is_hidden(centre_m, led_m, self._posts):
-                    pixels[index] = (math.nan, math.nan)
-        return pixels
+    def __post_init__(self) -> None:
+        self._points_m: list[list[float]] = self.points_m.tolist()
+        self._widest = _monotonic_radius(self.camera)
 
-    def _project(
-        self, points_m: list[list[float]], pose: CameraPose, time_s: float
-    ) -> list[tuple[float, float]]:
-        """Return the pixels at a time relative to the stamp; plain floats suit a few points."""
+    def pixels(self, pose: CameraPose, time_s: float = 0.0) -> list[tuple[float, float]]:
+        """Return the pixel (u, v) of each point; NaN where it is behind the camera or hidden.
+
+        Plain floats suit a few points.
+
+        Args:
+            pose: Pose and velocity of the camera at the stamp.
+            time_s: Time relative to the stamp.
+        """
         right, down, forward = optical_rotation(
             pose.azimuth_rad + time_s * pose.azimuth_rad_per_s,
             pose.tilt_rad + time_s * pose.tilt_rad_per_s,
         ).tolist()
-        cx_m, cy_m, cz_m = (pose.centre_m + time_s * pose.velocity_m_per_s).tolist()
+        moved_m = time_s * pose.velocity_m_per_s if time_s else 0.0
+        cx_m, cy_m, cz_m = (pose.centre_m + moved_m).tolist()
         pixels = []
-        for px_m, py_m, pz_m in points_m:
+        for px_m, py_m, pz_m in self._points_m:
             dx_m, dy_m, dz_m = px_m - cx_m, py_m - cy_m, pz_m - cz_m
             x_m = right[0] * dx_m + right[1] * dy_m + right[2] * dz_m
             y_m = down[0] * dx_m + down[1] * dy_m + down[2] * dz_m
@@ -170,34 +132,24 @@ class CameraView:
             if self._widest < _WIDEST and math.hypot(x_m, y_m) > self._widest * z_m:
                 pixels.append((math.nan, math.nan))
             else:
-                pixels.append(self._camera.project_point(x_m, y_m, z_m))
+                pixels.append(self.camera.project_point(x_m, y_m, z_m))
+        if self.obstacles:
+            centre_m = pose.centre_m.tolist()
+            for index, point_m in enumerate(self._points_m):
+                if is_hidden(centre_m, point_m, self.obstacles):
+                    pixels[index] = (math.nan, math.nan)
         return pixels
-
-    def _at_its_row(self, index: int, v_px: float, pose: CameraPose) -> tuple[float, float]:
-        """Return the pixel of an LED at the exposure time of the row it falls on."""
-        u_px, last_row = math.nan, self._camera.height_px - 1
-        point_m = self._landmark_lists[index : index + 1]
-        for _ in range(_ROLLING_STEPS):
-            if math.isnan(v_px):
-                break
-            row = min(max(v_px, 0.0), float(last_row))
-            time_s = (row / last_row - 1.0) * self._rolling_exposure_s
-            u_px, v_px = self._project(point_m, pose, time_s)[0]
-        return u_px, v_px
 
 
 def _monotonic_radius(camera: PinholeCamera) -> float:
     """Return the tangent of the off-axis angle up to which a distorted lens is one-to-one.
 
-    Beyond it the Brown-Conrady polynomial turns back and would map points out of view into it.
+    Beyond it a polynomial turns back and would map points out of view into it.
     """
-    if not any(camera.distortion):
+    if not camera.is_distorted:
         return _WIDEST
-    k1, k2, _, _, k3 = camera.distortion
-    radii = np.linspace(0.0, _WIDEST, 1000)
-    r2 = radii * radii
-    slope = 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3))
-    turning = np.flatnonzero(slope <= 0.0)
+    radii = np.linspace(0.0, _WIDEST, 1000).astype(np.float64)
+    turning = np.flatnonzero(np.diff(camera.distort(radii, np.zeros_like(radii))[0]) <= 0.0)
     return float(radii[turning[0]]) if len(turning) else _WIDEST
 
 
@@ -210,7 +162,7 @@ class OpticsConfig(Configuration):
     )
     led_flux_dn: float = parameter(
         18000.0,
-        'Sum of the grey values of an LED 1 m away on its axis; chosen for a peak of 75 at 5 m',
+        'Sum of the grey values of an LED 1 m away; chosen: its peak is 75 at 5 m',
         within=(0.0, 1e7),
     )
     led_radius_m: float = parameter(
@@ -218,17 +170,9 @@ class OpticsConfig(Configuration):
     )
     led_half_angle_rad: float = parameter(
         deg(60),
-        'Angle off axis at which an LED has half its intensity, rad; chosen',
+        'Angle off axis of half the intensity of an LED, rad; chosen',
         within=(deg(5), deg(175)),
     )
-    shot_noise: float = parameter(
-        0.0,
-        'Shot noise of light: standard deviation over the root of the grey value; 0 for none',
-        within=(0.0, 10.0),
-    )
-    rolling_exposure_s: float = parameter(
-        0.0,
-        'Time from the exposure of the top row to that of the bottom row, which is at the stamp, '
-        's; 0 for a global shutter, as in the CCD of the robot',
-        within=(0.0, 1.0),
+    tag_white_dn: float = parameter(
+        140.0, 'Grey value of the white of tags; chosen', within=(0.0, 255.0)
     )

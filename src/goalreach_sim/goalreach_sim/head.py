@@ -1,5 +1,6 @@
 """The pan/tilt head: two servos with noisy, biased encoders."""
 
+from dataclasses import KW_ONLY, dataclass
 import math
 
 import numpy as np
@@ -7,30 +8,28 @@ import numpy as np
 from goalreach_sim.simulator_config import HeadConfig
 
 
+@dataclass(kw_only=True)
 class Servo:
     """A servo that turns to its target at a constant rate; exact for any step length.
 
-    Args:
+    Attributes:
         minimum_rad: Lower end of its range.
         maximum_rad: Upper end of its range.
         rate_rad_per_s: Rate of rotation.
-
-    Attributes:
         position_rad: Angle by its own encoder, before noise.
     """
 
-    def __init__(self, *, minimum_rad: float, maximum_rad: float, rate_rad_per_s: float) -> None:
-        self.position_rad = 0.0
-        self._minimum_rad = minimum_rad
-        self._maximum_rad = maximum_rad
-        self._rate_rad_per_s = rate_rad_per_s
-        self._target_rad = 0.0
+    minimum_rad: float
+    maximum_rad: float
+    rate_rad_per_s: float
+    position_rad: float = 0.0
+    _target_rad: float = 0.0
 
     @property
     def velocity_rad_per_s(self) -> float:
         """Present rate of rotation."""
         to_go_rad = self._target_rad - self.position_rad
-        return math.copysign(self._rate_rad_per_s, to_go_rad) if to_go_rad else 0.0
+        return math.copysign(self.rate_rad_per_s, to_go_rad) if to_go_rad else 0.0
 
     def place(self, position_rad: float) -> None:
         """Set the position, at rest."""
@@ -44,11 +43,11 @@ class Servo:
         """
         if not math.isfinite(target_rad):
             raise ValueError(f'target {target_rad!r} is not finite')
-        self._target_rad = min(max(target_rad, self._minimum_rad), self._maximum_rad)
+        self._target_rad = min(max(target_rad, self.minimum_rad), self.maximum_rad)
 
     def advance(self, dt_s: float) -> None:
         """Simulate a time."""
-        reach_rad = self._rate_rad_per_s * dt_s
+        reach_rad = self.rate_rad_per_s * dt_s
         to_go_rad = self._target_rad - self.position_rad
         if abs(to_go_rad) <= reach_rad:
             self.position_rad = self._target_rad
@@ -56,40 +55,38 @@ class Servo:
             self.position_rad += math.copysign(reach_rad, to_go_rad)
 
 
+@dataclass
 class PanTiltHead:
     """Pan and tilt servos with mounting errors and encoder noise.
 
     A servo turns until its own encoder reads the target; the camera's true angle then differs by
-    the bias. A reading adds noise, then rounds to the encoder's step.
+    the bias. A reading adds noise.
 
-    Args:
-        config: Ranges, rate, encoder step.
+    Attributes:
+        config: Ranges and rate.
         noise_rad: Standard deviation of a reading.
         pan_bias_rad: True pan angle minus its encoder's.
         tilt_bias_rad: True tilt angle minus its encoder's.
         rng: Generator of the encoder noise; two draws per reading.
     """
 
-    def __init__(
-        self,
-        config: HeadConfig,
-        *,
-        noise_rad: float,
-        pan_bias_rad: float,
-        tilt_bias_rad: float,
-        rng: np.random.Generator,
-    ) -> None:
-        pan_range_rad = config.pan_minimum_rad, config.pan_maximum_rad
-        tilt_range_rad = config.tilt_minimum_rad, config.tilt_maximum_rad
-        self.pan, self.tilt = (
-            Servo(minimum_rad=low, maximum_rad=high, rate_rad_per_s=config.rate_rad_per_s)
-            for low, high in (pan_range_rad, tilt_range_rad)
+    config: HeadConfig
+    _: KW_ONLY
+    noise_rad: float
+    pan_bias_rad: float
+    tilt_bias_rad: float
+    rng: np.random.Generator
+
+    def __post_init__(self) -> None:
+        config, rate = self.config, self.config.rate_rad_per_s
+        ranges_rad = (
+            (config.pan_minimum_rad, config.pan_maximum_rad),
+            (config.tilt_minimum_rad, config.tilt_maximum_rad),
         )
-        self._noise_rad = noise_rad
-        self._pan_bias_rad = pan_bias_rad
-        self._tilt_bias_rad = tilt_bias_rad
-        self._resolution_rad = config.encoder_resolution_rad
-        self._rng = rng
+        self.pan, self.tilt = (
+            Servo(minimum_rad=low, maximum_rad=high, rate_rad_per_s=rate)
+            for low, high in ranges_rad
+        )
 
     def place(self) -> None:
         """Set both angles to zero, at rest."""
@@ -110,16 +107,10 @@ class PanTiltHead:
     def true_angles_rad(self) -> tuple[float, float]:
         """True pan and tilt of the camera."""
         pan_rad, tilt_rad = self.pan.position_rad, self.tilt.position_rad
-        return pan_rad + self._pan_bias_rad, tilt_rad + self._tilt_bias_rad
+        return pan_rad + self.pan_bias_rad, tilt_rad + self.tilt_bias_rad
 
     def read(self) -> tuple[float, float]:
         """Read the encoders: pan and tilt, radians."""
-        pan_noise, tilt_noise = self._rng.standard_normal(2).tolist()
-        return (
-            self._rounded(self.pan.position_rad + self._noise_rad * pan_noise),
-            self._rounded(self.tilt.position_rad + self._noise_rad * tilt_noise),
-        )
-
-    def _rounded(self, angle_rad: float) -> float:
-        step_rad = self._resolution_rad
-        return angle_rad if step_rad == 0.0 else round(angle_rad / step_rad) * step_rad
+        pan_noise, tilt_noise = self.rng.standard_normal(2).tolist()
+        pan_rad = self.pan.position_rad + self.noise_rad * pan_noise
+        return pan_rad, self.tilt.position_rad + self.noise_rad * tilt_noise

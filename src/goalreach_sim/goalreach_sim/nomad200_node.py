@@ -1,8 +1,7 @@
 """The `nomad200` node: the simulated robot in its arena behind ROS topics."""
 
 from collections.abc import Callable
-from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any
 
 from geometry_msgs.msg import TwistStamped
 import numpy as np
@@ -14,83 +13,93 @@ from visualization_msgs.msg import MarkerArray
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import parameter_infos
 from goalreach_msgs_py.pose_messages import twist_from_raw
 from goalreach_msgs_py.regions import RegionConfig
-from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RELIABLE_QOS, subscribe_raw
+from goalreach_msgs_py.ros.messaging import (
+    LATCHED_QOS,
+    RELIABLE_QOS,
+    StampedReply,
+    advertise,
+    frame_prefix,
+    subscribe_raw,
+)
 from goalreach_msgs_py.ros.node import Diagnostics, run_nodes
 from goalreach_msgs_py.ros.parameters import NodeConfig
 from goalreach_msgs_py.sensor_messages import head_from_raw
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from goalreach_sim.ros.clocks import LockstepClock, RealtimeClock
 from goalreach_sim.ros.command_guard import CommandGuard
-from goalreach_sim.ros.publishers import FramePublisher, arena_markers
+from goalreach_sim.ros.publishers import FramePublisher, arena_markers, obstacle_markers
 from goalreach_sim.simulator import Simulator
-from goalreach_sim.simulator_config import (
-    FaultParameters,
-    SimulatedFaults,
-    SimulatorConfig,
-    TimeConfig,
-)
+from goalreach_sim.simulator_config import FaultParameters, SimulatorConfig, TimeConfig
 
-CommandT = TypeVar('CommandT')
+_MARKER_TICKS = 5
 
 
 class Nomad200Node(Node):
     """Adapter of one `Simulator`.
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
-    `/bumpers`, `/ground_truth/odom` once in a camera period; `/camera/image_raw/compressed` (JPEG)
-    at most ten times a second of the wall clock, while subscribed to; `/arena/markers`
-    once (latched); `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
+    `/bumpers`, `/ground_truth/odom` and, with the parameter `sonar`, `/sonar` once in a camera
+    period; `/camera/image_raw/compressed` (JPEG)
+    at most ten times a second of the wall clock, while subscribed to; `/arena/markers` once
+    (latched), moving obstacles five times a second of its clock; `/diagnostics`; and `/tf`,
+    `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and the acknowledgements of each node in the parameter
     `consumers` (see `AcknowledgementGate`).
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`,
     `/nomad200/step` (one tick, while paused).
     Parameters: the fields of `SimulatorConfig`, `RegionConfig`, `TimeConfig` and, as `faults.*`,
-    `SimulatedFaults`; `start_pose`, `speed`, `noise.*` and the faults may change while it runs.
+    `SimulatedFaults`; `start_pose`, `speed`, `goal_region`, `noise.*` and the faults may change
+    while it runs.
     A change of the noise replaces the robot by one with newly drawn errors.
     """
 
     def __init__(self) -> None:
         super().__init__(topics.ROBOT)
-        live = ['start_pose', *(f'noise.{field.name}' for field in fields(NoiseModel))]
+        live = ['start_pose', *parameter_infos(NoiseModel, 'noise.')]
         self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
-        faults = [f'faults.{field.name}' for field in fields(SimulatedFaults)]
-        NodeConfig(self, FaultParameters, live=faults, on_change=self._on_faults)
-        regions = NodeConfig(self, RegionConfig).value
+        faults = FaultParameters
+        NodeConfig(self, faults, live=parameter_infos(faults), on_change=self._on_faults)
+        live = ['goal_region']
+        regions = NodeConfig(self, RegionConfig, live=live, on_change=self._on_regions).value
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
         self._lockstep = timing.clock == 'lockstep'
-        self._frames = FramePublisher(self, config)
-        self._diagnostics = Diagnostics(self)
-        self._markers = self.create_publisher(MarkerArray, topics.MARKERS, LATCHED_QOS)
-        self._markers.publish(arena_markers(config, regions.region_map))
+        self._reply = StampedReply()
+        self._diagnostics = Diagnostics(self, self._reply)
+        self._frames = FramePublisher(self, config, self._reply)
+        self._markers = advertise(self, MarkerArray, topics.MARKERS, LATCHED_QOS)
+        self._on_regions(regions)
         self._guard = CommandGuard(
-            self,
+            node=self,
             limit_s=config.watchdog_s,
             brakes_after_s=config.brakes_after_s,
             reports_silence=not self._lockstep,
         )
+        self._obstacles_move = any(one.track_m for one in config.obstacle_list)
+        self._ticks = 0
         self._head_target: HeadAngles | None = None
         self._was_placed = False
         self._subscribe(TwistStamped, topics.CMD_VEL, twist_from_raw, self._drive)
         self._subscribe(JointState, topics.HEAD_COMMAND, head_from_raw, self._turn_head)
-        self.create_service(Trigger, topics.RESET_SERVICE, self._on_reset)
-        self.create_service(SetBool, topics.PAUSE_SERVICE, self._on_pause)
-        self.create_service(Trigger, topics.STEP_SERVICE, self._on_step)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.create_service(Trigger, '~/step', self._on_step)
         self._tick_clock = self._start_clock(timing)
 
     def _start_clock(self, timing: TimeConfig) -> LockstepClock | RealtimeClock:
         period_ns, tick = self._simulator.period_ns, self._tick
         if not self._lockstep:
-            return RealtimeClock(self, timing, period_ns=period_ns, tick=tick)
+            return RealtimeClock(node=self, timing=timing, period_ns=period_ns, tick=tick)
+
+        def repeat() -> None:
+            self._reply.begin(self._stamp_ns)
+
         return LockstepClock(
-            self,
-            timing,
-            period_ns=period_ns,
-            tick=tick,
-            repeat=lambda: self._frames.repeat(self._stamp_ns),
+            node=self, timing=timing, period_ns=period_ns, tick=tick, repeat=repeat
         )
 
     def _tick(self) -> int:
@@ -100,6 +109,10 @@ class Nomad200Node(Node):
         frame = self._simulator.sense()
         stamp_ns = self._stamp_ns
         self._frames.publish(frame, stamp_ns)
+        self._ticks += 1
+        if self._obstacles_move and self._ticks % _MARKER_TICKS == 0:
+            obstacles = self._simulator.robot.walls.obstacles
+            self._markers.publish(obstacle_markers(obstacles, frame_prefix(self)))
         twist = frame.truth.twist
         moving = twist.linear_m_per_s != 0.0 or twist.steering_rad_per_s != 0.0
         self._guard.tick(stamp_ns, moving=moving)
@@ -118,8 +131,8 @@ class Nomad200Node(Node):
         self,
         message_type: type[Any],
         topic: str,
-        decode: Callable[[bytes], CommandT],
-        execute: Callable[[CommandT, int], None],
+        decode: Callable[[bytes], Any],
+        execute: Callable[[Any, int], None],
     ) -> None:
         """Subscribe to commands, of which those that guard and clock accept are executed."""
 
@@ -132,7 +145,8 @@ class Nomad200Node(Node):
         subscribe_raw(self, message_type, topic, on_command, RELIABLE_QOS)
 
     def _drive(self, command: Twist2, stamp_ns: int) -> None:
-        self._simulator.command_drive(command, self._guard.age_s(stamp_ns))
+        if not self._was_placed:  # by a node that commands it for the pose before
+            self._simulator.command_drive(command, self._guard.age_s(stamp_ns))
 
     def _turn_head(self, target: HeadAngles, _stamp_ns: int) -> None:
         self._head_target = target
@@ -145,14 +159,19 @@ class Nomad200Node(Node):
         A target computed for the pose before the reset would otherwise take effect or not,
         depending on which message arrived first.
         """
-        target, self._head_target = self._head_target, None
-        if target is not None and not self._was_placed:
-            self._simulator.command_head(target)
+        if self._head_target is not None and not self._was_placed:
+            self._simulator.command_head(self._head_target)
+        self._head_target = None
 
     def _on_config(self, config: SimulatorConfig) -> None:
         if config.noise != self._simulator.config.noise:
             self._simulator.change_noise(config.noise)
             self._was_placed = self._lockstep
+
+    def _on_regions(self, regions: RegionConfig) -> None:
+        """Show the regions with their goal; nothing else here depends on them."""
+        config, prefix = self._config.value, frame_prefix(self)
+        self._markers.publish(arena_markers(config, regions.region_map, prefix))
 
     def _on_time(self, timing: TimeConfig) -> None:
         self._tick_clock.set_speed(timing.speed)

@@ -10,27 +10,19 @@ exact.
 import math
 from typing import NamedTuple
 
-# Abscissae and weights on [-1, 1]; Abramowitz and Stegun, table 25.4.
+from goalreach_sim.axis import DONE_S
+
+# Abscissae and weights on [-1, 1]: Abramowitz and Stegun, table 25.4; then the same on [0, 1].
 _ROOT = 2.0 * math.sqrt(10.0 / 7.0)
 _INNER, _OUTER = math.sqrt(5.0 - _ROOT) / 3.0, math.sqrt(5.0 + _ROOT) / 3.0
 _INNER_WEIGHT = (322.0 + 13.0 * math.sqrt(70.0)) / 900.0
 _OUTER_WEIGHT = (322.0 - 13.0 * math.sqrt(70.0)) / 900.0
-# The same on [0, 1].
-GAUSS_NODES = tuple(
-    (0.5 + 0.5 * x, 0.5 * w)
-    for x, w in (
-        (-_OUTER, _OUTER_WEIGHT),
-        (-_INNER, _INNER_WEIGHT),
-        (0.0, 128.0 / 225.0),
-        (_INNER, _INNER_WEIGHT),
-        (_OUTER, _OUTER_WEIGHT),
-    )
-)
+_ABSCISSAE = (-_OUTER, -_INNER, 0.0, _INNER, _OUTER)
+_WEIGHTS = (_OUTER_WEIGHT, _INNER_WEIGHT, 128.0 / 225.0, _INNER_WEIGHT, _OUTER_WEIGHT)
+_NODES = [(0.5 + 0.5 * x, 0.5 * w) for x, w in zip(_ABSCISSAE, _WEIGHTS, strict=True)]
 
 PANEL_RAD = 0.25
 _QUARTER_RAD = math.pi / 2.0
-SOON_S = 1e-12
-"""A crossing nearer than this lies at the start of the piece itself."""
 
 
 class Motion(NamedTuple):
@@ -62,7 +54,7 @@ def displacement(motion: Motion, dt_s: float) -> tuple[float, float]:
     panel_s = dt_s / panels
     x_m = y_m = 0.0
     for panel in range(panels):
-        for node, weight in GAUSS_NODES:
+        for node, weight in _NODES:
             t = (panel + node) * panel_s
             angle = heading_rad + (turn_rad_per_s + 0.5 * turn_rad_per_s2 * t) * t
             step_m = weight * (speed_m_per_s + acceleration_m_per_s2 * t)
@@ -80,13 +72,12 @@ def quarter_turn_time(motion: Motion, limit_s: float) -> float:
     if turn_rad_per_s == 0.0 and turn_rad_per_s2 == 0.0:
         return limit_s
     nearest = round(heading_rad / _QUARTER_RAD)
-    earliest_s = limit_s
     for quarter in (nearest - 1, nearest, nearest + 1):
         offset_rad = heading_rad - quarter * _QUARTER_RAD
         for root_s in _roots(0.5 * turn_rad_per_s2, turn_rad_per_s, offset_rad):
-            if SOON_S < root_s < earliest_s:
-                earliest_s = root_s
-    return earliest_s
+            if DONE_S < root_s < limit_s:  # an earlier one lies at the start itself
+                limit_s = root_s
+    return limit_s
 
 
 def _roots(a: float, b: float, c: float) -> tuple[float, ...]:

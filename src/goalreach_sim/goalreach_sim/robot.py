@@ -10,115 +10,33 @@ so the turret's joint, seen from base_link, is turret.position - steering.positi
 turns the base slowly while the robot drives; the encoders do not see it.
 """
 
-from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
 import math
 
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Odometry, Pose2, Twist2
-from goalreach_sim.axis import Axis
+from goalreach_sim.axis import DONE_S, Axis
 from goalreach_sim.path_integral import Motion, displacement, quarter_turn_time
 from goalreach_sim.sensors import WheelOdometry, pressed_bumpers
 from goalreach_sim.simulator_config import DriveConfig
-
-TOUCH_M = 1e-12
-"""Largest gap that counts as contact; chosen, a thousand times the rounding of a coordinate."""
-
-GRAZE = 1e-13
-"""A motion with a smaller component into the wall runs along it; chosen."""
-
-BISECTIONS = 60
-
-_WALL_DIRECTIONS_RAD = (math.pi, 0.0, -math.pi / 2.0, math.pi / 2.0)
-"""Azimuths in `map` of the walls, in the order of `Walls.gaps_m`."""
-
-NOTHING_S = 1e-12
-"""Shorter times count as zero; absorbs the rounding of sums of steps."""
+from goalreach_sim.walls import TOUCH_M, Walls, first_crossing
 
 
-class Walls:
-    """The rectangle to which the walls confine the robot's centre.
-
-    Args:
-        width_m: Arena size along x.
-        length_m: Arena size along y.
-        body_radius_m: Radius of the robot.
-    """
-
-    def __init__(self, *, width_m: float, length_m: float, body_radius_m: float) -> None:
-        self.low_x_m = self.low_y_m = body_radius_m
-        self.high_x_m = width_m - body_radius_m
-        self.high_y_m = length_m - body_radius_m
-
-    def clearance_m(self, x_m: float, y_m: float) -> float:
-        """Return the gap between body and nearest wall, negative where they overlap."""
-        return min(self.gaps_m(x_m, y_m))
-
-    def gaps_m(self, x_m: float, y_m: float) -> tuple[float, float, float, float]:
-        """Return the gap to each wall, in the order of small x, large x, small y, large y."""
-        low_y_m, high_y_m = y_m - self.low_y_m, self.high_y_m - y_m
-        return x_m - self.low_x_m, self.high_x_m - x_m, low_y_m, high_y_m
-
-    def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
-        """Return the indices (see `gaps_m`) of the walls that the body overlaps.
-
-        A wall that is overlapped by less than rounding is one along which the robot slides.
-        """
-        return tuple(i for i, gap_m in enumerate(self.gaps_m(x_m, y_m)) if gap_m < -TOUCH_M)
-
-    def blocks(self, x_m: float, y_m: float, direction_x: float, direction_y: float) -> bool:
-        """Return whether a touched wall stops motion in a direction (a unit vector)."""
-        approaches = (-direction_x, direction_x, -direction_y, direction_y)
-        pairs = zip(approaches, self.gaps_m(x_m, y_m), strict=True)
-        return any(approach > GRAZE and gap_m <= TOUCH_M for approach, gap_m in pairs)
-
-    def touch_directions_rad(self, x_m: float, y_m: float) -> tuple[float, ...]:
-        """Return the azimuths in `map` in which the body touches walls; two in a corner."""
-        pairs = zip(_WALL_DIRECTIONS_RAD, self.gaps_m(x_m, y_m), strict=True)
-        return tuple(direction_rad for direction_rad, gap_m in pairs if gap_m <= TOUCH_M)
-
-    def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Return the nearest point of the free floor."""
-        y_m = min(max(y_m, self.low_y_m), self.high_y_m)
-        return min(max(x_m, self.low_x_m), self.high_x_m), y_m
-
-
-def first_crossing(gap_m: Callable[[float], float], end_s: float) -> float:
-    """Return when a gap that shrinks over [0, end] reaches zero.
-
-    Args:
-        gap_m: Gap as a function of time: not negative at 0, negative at `end_s`, monotonic but for
-            rounding.
-        end_s: End of the interval.
-
-    Returns:
-        A time at which the gap is not negative, within rounding of the crossing.
-    """
-    low_s, high_s = 0.0, end_s
-    for _ in range(BISECTIONS):
-        middle_s = 0.5 * (low_s + high_s)
-        if gap_m(middle_s) < 0.0:
-            high_s = middle_s
-        else:
-            low_s = middle_s
-    return low_s
-
-
+@dataclass(eq=False)
 class Robot:
     """A synchro-drive robot among walls; its motion is exact for any step length.
 
     The robot stops at once where its body first touches a wall. Its wheels stay blocked while the
     drive heading (or its reverse, in backward motion) has a component into the wall.
 
-    Args:
+    Attributes:
         config: Limits of the axes.
         walls: The arena's walls.
         watchdog_s: Time after the last drive command at which all axes ramp to rest.
         watchdog_braking_m_per_s2: Its deceleration, or None for the usual ramp.
         odometry_scale: Distance measured by the encoders over distance driven.
         drift_rad_per_m: Rotation of the base per metre driven, forwards or backwards.
-
-    Attributes:
         translation: Axis whose position is the distance driven, metres.
         steering: Axis of the wheels, measured against the base, radians.
         turret: Axis of the turret, measured against the base, radians.
@@ -127,35 +45,29 @@ class Robot:
         y_m: True centre in `map`.
     """
 
-    def __init__(
-        self,
-        config: DriveConfig,
-        walls: Walls,
-        *,
-        watchdog_s: float,
-        watchdog_braking_m_per_s2: float | None = None,
-        odometry_scale: float = 1.0,
-        drift_rad_per_m: float = 0.0,
-    ) -> None:
-        self.translation = Axis(
-            max_speed=config.translation_speed_m_per_s,
-            acceleration=config.translation_acceleration_m_per_s2,
+    config: DriveConfig
+    walls: Walls
+    _: KW_ONLY
+    watchdog_s: float
+    watchdog_braking_m_per_s2: float | None = None
+    odometry_scale: float = 1.0
+    drift_rad_per_m: float = 0.0
+    base_yaw_rad: float = 0.0
+    x_m: float = 0.0
+    y_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        config = self.config
+        limits = (
+            (config.translation_speed_m_per_s, config.translation_acceleration_m_per_s2),
+            (config.steering_speed_rad_per_s, config.steering_acceleration_rad_per_s2),
+            (config.turret_speed_rad_per_s, config.turret_acceleration_rad_per_s2),
         )
-        self.steering = Axis(
-            max_speed=config.steering_speed_rad_per_s,
-            acceleration=config.steering_acceleration_rad_per_s2,
+        self.translation, self.steering, self.turret = (
+            Axis(max_speed=speed, acceleration=acceleration) for speed, acceleration in limits
         )
-        self.turret = Axis(
-            max_speed=config.turret_speed_rad_per_s,
-            acceleration=config.turret_acceleration_rad_per_s2,
-        )
-        self.watchdog_s = watchdog_s
-        self._braking = watchdog_braking_m_per_s2 or config.translation_acceleration_m_per_s2
-        self.walls = walls
-        self._odometry = WheelOdometry(odometry_scale)
-        self._drift_rad_per_m = drift_rad_per_m
+        self._odometry = WheelOdometry(self.odometry_scale)
         self._watchdog_left_s = math.inf
-        self.x_m = self.y_m = self.base_yaw_rad = 0.0
 
     def place(self, start: Pose2, *, steering_rad: float = 0.0, turret_rad: float = 0.0) -> None:
         """Put the robot at a pose, at rest, its axes at given angles; odometry starts there.
@@ -234,15 +146,16 @@ class Robot:
     def advance(self, dt_s: float) -> None:
         """Simulate a time."""
         left_s = dt_s
-        while left_s > NOTHING_S:
+        while left_s > DONE_S:
             step_s = self._advance_piece(min(left_s, self._watchdog_left_s))
             self.turret.advance(step_s)
             left_s -= step_s
             self._watchdog_left_s -= step_s
-            if self._watchdog_left_s <= NOTHING_S:
+            if self._watchdog_left_s <= DONE_S:
                 self._watchdog_left_s = math.inf
                 self.stop()
-                self.translation.brake(self._braking)
+                usual_m_per_s2 = self.config.translation_acceleration_m_per_s2
+                self.translation.brake(self.watchdog_braking_m_per_s2 or usual_m_per_s2)
 
     def _advance_piece(self, limit_s: float) -> float:
         """Advance while all accelerations are constant; return the time advanced."""
@@ -262,22 +175,27 @@ class Robot:
     def _advance_near_wall(self, limit_s: float, step_s: float) -> float:
         """Advance to a wall, a change of quadrant or the end of the piece."""
         motion = self._true_motion()
-        step_s = quarter_turn_time(motion, step_s)
+        step_s = self._monotonic_s(motion, step_s)
         if not self._is_blocked(motion, step_s):
             passed = self.walls.passed(*self._position(motion, step_s))
             if not passed:
                 self._roll(step_s)
                 return step_s
             touch_s = first_crossing(lambda t: self._gap_m(passed, motion, t), step_s)
-            if touch_s > NOTHING_S:
+            if touch_s > DONE_S:
                 self._roll(touch_s)
                 self.translation.stall()
                 return touch_s
         self.translation.stall()
         turning = self._wheel_motion()._replace(heading_rad=self.heading_rad)
-        step_s = quarter_turn_time(turning, limit_s)
+        step_s = self._monotonic_s(turning, limit_s)
         self.steering.advance_piece(step_s)
         return step_s
+
+    def _monotonic_s(self, motion: Motion, limit_s: float) -> float:
+        """Return until when every gap only shrinks or only grows, at most `limit_s`."""
+        limit_s = quarter_turn_time(motion, limit_s)
+        return self.walls.monotonic_s(lambda t: self._position(motion, t), motion, limit_s)
 
     def _is_blocked(self, motion: Motion, step_s: float) -> bool:
         """Return whether a touched wall blocks the motion, evaluated at the piece's middle."""
@@ -285,9 +203,8 @@ class Robot:
         turn_rad_per_s = motion.turn_rad_per_s + 0.5 * motion.turn_rad_per_s2 * middle_s
         middle_rad = motion.heading_rad + turn_rad_per_s * middle_s
         sign = math.copysign(1.0, motion.speed_m_per_s or motion.acceleration_m_per_s2)
-        return self.walls.blocks(
-            self.x_m, self.y_m, sign * math.cos(middle_rad), sign * math.sin(middle_rad)
-        )
+        along_x, along_y = sign * math.cos(middle_rad), sign * math.sin(middle_rad)
+        return self.walls.blocks(self.x_m, self.y_m, along_x, along_y)
 
     def _gap_m(self, walls: tuple[int, ...], motion: Motion, dt_s: float) -> float:
         """Return the smallest gap to the given walls after a time."""
@@ -300,26 +217,17 @@ class Robot:
 
     def _wheel_motion(self) -> Motion:
         """Return the present piece of motion relative to the base."""
-        translation, steering = self.translation, self.steering
-        return Motion(
-            steering.position,
-            steering.velocity,
-            steering.piece_acceleration,
-            translation.velocity,
-            translation.piece_acceleration,
-        )
+        steering, translation = self.steering, self.translation
+        turn, turn_change = steering.velocity, steering.piece_acceleration
+        speed, acceleration = translation.velocity, translation.piece_acceleration
+        return Motion(steering.position, turn, turn_change, speed, acceleration)
 
     def _true_motion(self) -> Motion:
         """Return the present piece of motion in `map`, where slip adds to the turning rate."""
         steering_rad, turn, turn_change, speed, acceleration = self._wheel_motion()
-        slip = math.copysign(1.0, speed or acceleration) * self._drift_rad_per_m
-        return Motion(
-            self.base_yaw_rad + steering_rad,
-            turn + slip * speed,
-            turn_change + slip * acceleration,
-            speed,
-            acceleration,
-        )
+        slip = math.copysign(1.0, speed or acceleration) * self.drift_rad_per_m
+        turn, turn_change = turn + slip * speed, turn_change + slip * acceleration
+        return Motion(self.base_yaw_rad + steering_rad, turn, turn_change, speed, acceleration)
 
     def _roll(self, dt_s: float) -> None:
         """Advance without contact within a piece, and update the encoders."""
@@ -327,6 +235,6 @@ class Robot:
         self.x_m, self.y_m = self.walls.clamp(*self._position(motion, dt_s))
         self._odometry.count(self._wheel_motion(), dt_s)
         mean_m_per_s = motion.speed_m_per_s + 0.5 * motion.acceleration_m_per_s2 * dt_s
-        self.base_yaw_rad += self._drift_rad_per_m * abs(mean_m_per_s) * dt_s
+        self.base_yaw_rad += self.drift_rad_per_m * abs(mean_m_per_s) * dt_s
         self.translation.advance_piece(dt_s)
         self.steering.advance_piece(dt_s)

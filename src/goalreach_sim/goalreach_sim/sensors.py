@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ class SensorFrame:
         truth_head: True angles of turret, pan and tilt.
         base_yaw_rad: Orientation of the base, which carries the bumpers, by the encoders, in
             `odom`.
+        sonar: 16 ranges from the robot's axis, metres, infinite without an echo; sensor i looks
+            to 22.5 i degrees on the base. Empty where the robot has no sonar.
     """
 
     time_ns: int
@@ -40,21 +43,24 @@ class SensorFrame:
     truth: Odometry
     truth_head: HeadAngles
     base_yaw_rad: float
+    sonar: tuple[float, ...] = ()
 
 
+@dataclass
 class WheelOdometry:
     """Dead reckoning by wheel encoders, independent of the true pose.
 
     The encoders count wheel turns: the distance has a scale error and misses slip; the heading is
     the steering angle since the start and misses rotations of the base.
 
-    Args:
+    Attributes:
         scale: Distance measured by the encoders over distance driven.
     """
 
-    def __init__(self, scale: float) -> None:
-        self.scale = scale
-        self._x_m = self._y_m = self._yaw_rad = 0.0
+    scale: float
+    _x_m: float = 0.0
+    _y_m: float = 0.0
+    _yaw_rad: float = 0.0
 
     def define(self, pose: Pose2, steering_rad: float) -> None:
         """Set the pose that belongs to the present steering angle."""
@@ -77,11 +83,9 @@ class WheelOdometry:
 
 
 BUMPER_COUNT = 20
-BUMPER_SPACING_RAD = math.radians(18.0)
-_REACH_RAD = math.radians(18.0) + 1e-9
+_SPACING_RAD = math.radians(18.0)
+_REACH_RAD = _SPACING_RAD + 1e-9
 """Half the arc of a sensor; the tolerance includes its ends despite rounding."""
-
-_NONE_PRESSED = (False,) * BUMPER_COUNT
 
 
 def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tuple[bool, ...]:
@@ -95,17 +99,15 @@ def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tup
         20 flags: a sensor is pressed where its arc, ends included, covers a direction.
     """
     bearings_rad = [direction_rad - base_yaw_rad for direction_rad in directions_rad]
-    if not bearings_rad:
-        return _NONE_PRESSED
-    centres_rad = (index * BUMPER_SPACING_RAD for index in range(BUMPER_COUNT))
+    if not bearings_rad:  # as nearly always
+        return (False,) * BUMPER_COUNT
     return tuple(
-        any(abs(angle_difference(b_rad, centre_rad)) <= _REACH_RAD for b_rad in bearings_rad)
-        for centre_rad in centres_rad
+        any(abs(angle_difference(b, index * _SPACING_RAD)) <= _REACH_RAD for b in bearings_rad)
+        for index in range(BUMPER_COUNT)
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RunErrors:
+class RunErrors(NamedTuple):
     """The systematic errors of one run.
 
     Attributes:
@@ -128,13 +130,7 @@ class RunErrors:
 
 
 def draw_run_errors(noise: NoiseModel, landmarks: int, rng: np.random.Generator) -> RunErrors:
-    """Draw the errors of one run from normal distributions.
-
-    Args:
-        noise: Standard deviations.
-        landmarks: Number of LEDs.
-        rng: Generator; the number of draws does not depend on the noise.
-    """
+    """Draw the errors of one run from normal distributions, always the same number of draws."""
     height, focal, pan, tilt, scale, drift = rng.standard_normal(6).tolist()
     return RunErrors(
         landmark_offsets_m=noise.survey_error_m * rng.standard_normal((landmarks, 3)),

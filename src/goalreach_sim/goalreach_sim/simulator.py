@@ -6,16 +6,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from goalreach_msgs_py.alignment import (
+    InputAligner,
+    Sampled,
+    interpolate_head,
+    interpolate_odometry,
+)
 from goalreach_msgs_py.angles import angle_difference
-from goalreach_msgs_py.camera import camera_azimuth
+from goalreach_msgs_py.camera import camera_azimuth, optical_rotation
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
-from goalreach_sim.camera_renderer import CameraRenderer, true_lens
-from goalreach_sim.camera_view import CameraPose, posts_from_flat
+from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
+from goalreach_sim.camera_renderer import CameraRenderer, TagPainter, true_lens
+from goalreach_sim.camera_view import CameraPose
 from goalreach_sim.head import PanTiltHead
-from goalreach_sim.robot import Robot, Walls
+from goalreach_sim.robot import Robot
 from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
+from goalreach_sim.sonar import SonarRing
+from goalreach_sim.walls import Walls
 
 
 class Simulator:
@@ -23,14 +31,11 @@ class Simulator:
 
     The systematic errors (LED positions, camera height, focal length, pan and tilt bias, odometry
     scale and drift) are drawn once for each noise model. They, the pixel noise, the dropouts and
-    spurious lights, and the encoders have separate generators, so that no draw shifts another's.
-
-    Args:
-        config: Robot, arena and the size of the errors.
-        rng: Parent of these four generators.
+    spurious lights, the encoders and the sonar have separate generators, so that no draw shifts
+    another's.
 
     Attributes:
-        config: As given.
+        config: Robot, arena and the size of the errors.
         robot: The mobile base, in SI units.
         head: The pan/tilt head.
         time_ns: The robot's clock, nanoseconds; a reset does not turn it back.
@@ -44,14 +49,15 @@ class Simulator:
         self._faults = SimulatedFaults()
         self._last_image: NDArray[np.uint8] | None = None
         self._encoders_stood: Pose2 | None = None
+        self._frame: SensorFrame | None = None
+        self._film: dict[int, NDArray[np.uint8]] = {}
         self._build(config)
         self.reset(config.start)
 
     def _build(self, config: SimulatorConfig) -> None:
         """Draw the errors of a run and build robot, head and camera with them."""
         run_rng, pixel_rng, event_rng, encoder_rng = self._rng.spawn(4)
-        landmarks_m = config.landmark_array_m
-        errors = draw_run_errors(config.noise, len(landmarks_m), run_rng)
+        errors = draw_run_errors(config.noise, len(config.landmark_array_m), run_rng)
         self.config = config
         self.robot = Robot(
             config.drive,
@@ -59,6 +65,7 @@ class Simulator:
                 width_m=config.arena_width_m,
                 length_m=config.arena_length_m,
                 body_radius_m=config.body_radius_m,
+                obstacles=config.obstacle_list,
             ),
             watchdog_s=config.brakes_after_s,
             watchdog_braking_m_per_s2=config.watchdog_braking_m_per_s2,
@@ -73,28 +80,44 @@ class Simulator:
             rng=encoder_rng,
         )
         self._camera = config.calibrated_camera
+        lens = true_lens(self._camera, errors.focal_scale)
         self._renderer = CameraRenderer(
-            true_lens(self._camera, errors.focal_scale),
-            landmarks_m + errors.landmark_offsets_m,
+            lens,
+            config.landmark_array_m + errors.landmark_offsets_m,
             (config.arena_width_m, config.arena_length_m),
             optics=config.optics,
             noise=config.noise,
-            posts=posts_from_flat(config.posts_m),
             rng=pixel_rng,
             event_rng=event_rng,
+            tags=TagPainter(lens, config, run_rng) if config.tags else None,
         )
+        self._sonar = SonarRing(config, self._rng.spawn(1)[0]) if config.sonar else None
+        self._samples = self._make_samples() if config.noise.sample_rate_hz else None
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
+
+    def _make_samples(self) -> InputAligner:
+        """Return what interpolates sensors with a clock of their own, and start that clock."""
+        self._sample_rng = self._rng.spawn(1)[0]
+        self._now_ns = self._sampled_ns = self.time_ns
+        return InputAligner(
+            'image',
+            {'odometry': interpolate_odometry, 'joints': interpolate_head},
+            wait_s=math.inf,
+        )
 
     def reset(self, start: Pose2) -> None:
         """Put the robot at a pose, at rest, its head straight; odometry starts there.
 
         The drawn errors stay and the clock goes on; frozen encoders read the new pose, too.
+        Obstacles return to the start of their tracks.
 
         Raises:
-            ConfigurationError: The body would overlap a wall.
+            ConfigurationError: The body would overlap a wall or an obstacle.
         """
+        self.robot.walls.restart()
         self.robot.place(start)
         self.head.place()
+        self._film.clear()
         if self._encoders_stood is not None:
             self._encoders_stood = self.robot.odometry.pose
 
@@ -145,27 +168,94 @@ class Simulator:
 
     def advance(self) -> None:
         """Simulate one camera period."""
-        dt_s = self.period_ns * 1e-9
-        self.robot.advance(dt_s)
+        if self._samples is None:
+            self._move(self.period_ns)
+            self.time_ns += self.period_ns
+            return
+        sample_ns = 1e9 / self.config.noise.sample_rate_hz
+        until_ns, now_ns, rng = self._now_ns + self.period_ns, self._now_ns, self._sample_rng
+        self.time_ns = until_ns - min(round(2.0 * sample_ns), self.period_ns - 1)
+        late_ns = round(self.config.noise.image_delay_s * 1e9)
+        shot_ns = until_ns - (until_ns - self.time_ns + late_ns) % self.period_ns
+        if not self._film:  # the first late images after a placement show it
+            stamps_ns = range(self.time_ns, now_ns + late_ns + 1, self.period_ns)
+            self._film = {stamp_ns: self._shoot() for stamp_ns in stamps_ns}
+        times_ns = [self.time_ns]
+        while self._sampled_ns <= until_ns:
+            times_ns.append(self._sampled_ns)
+            self._sampled_ns += round(sample_ns * rng.uniform(0.75, 1.25))
+        for at_ns in sorted({*times_ns, shot_ns, until_ns}):
+            self._move(at_ns - now_ns)
+            now_ns = at_ns
+            if at_ns in times_ns[1:]:
+                self._samples.add('odometry', at_ns, self._odometry(), 0.0)
+                self._samples.add('joints', at_ns, self._read_joints(), 0.0)
+            if at_ns == shot_ns:
+                self._film[at_ns + late_ns] = self._shoot()
+            if at_ns == self.time_ns:
+                self._frame = self._read(self._film.pop(at_ns))
+        self._now_ns = until_ns
+
+    def _move(self, dt_ns: int) -> None:
+        """Simulate a time; in a bend the tyres slip outwards."""
+        robot, dt_s = self.robot, dt_ns * 1e-9
+        before = robot.translation.velocity * robot.steering.velocity
+        robot.advance(dt_s)
+        robot.walls.advance(dt_s, robot.x_m, robot.y_m)
         self.head.advance(dt_s)
-        self.time_ns += self.period_ns
+        if slip_s := self.config.noise.side_slip_s:
+            after = robot.translation.velocity * robot.steering.velocity
+            slip_m, heading = 0.5 * slip_s * (before + after) * dt_s, robot.heading_rad
+            x_m, y_m = slip_m * math.sin(heading), -slip_m * math.cos(heading)
+            robot.x_m, robot.y_m = robot.walls.clamp(robot.x_m + x_m, robot.y_m + y_m)
 
     def sense(self) -> SensorFrame:
-        """Read every sensor now."""
-        robot = self.robot
-        pan_rad, tilt_rad = self.head.true_angles_rad
-        truth_head = HeadAngles(
-            turret_rad=robot.turret_joint_rad, pan_rad=pan_rad, tilt_rad=tilt_rad
-        )
-        pan_reading_rad, tilt_reading_rad = self.head.read()
-        joints = replace(truth_head, pan_rad=pan_reading_rad, tilt_rad=tilt_reading_rad)
-        truth, odometry = robot.truth, robot.odometry
-        if self._encoders_stood is not None:
-            odometry = replace(odometry, pose=self._encoders_stood)
+        """Read every sensor now; with clocks of their own, what lies between their samples."""
+        sampled, frame = self.sampled, self._frame
+        if sampled is None or frame is None:
+            return self._read()
+        joints, odometry = sampled(frame.time_ns)
+        return replace(frame, odometry=odometry, joints=joints)
+
+    @property
+    def sampled(self) -> Sampled | None:
+        """Joints and odometry at any recent time, where they have clocks of their own."""
+        if (samples := self._samples) is None:
+            return None
+        at = samples.follower_at
+        return lambda time_ns: (at('joints', time_ns), at('odometry', time_ns))
+
+    def _odometry(self) -> Odometry:
+        odometry, stood = self.robot.odometry, self._encoders_stood
+        return odometry if stood is None else replace(odometry, pose=stood)
+
+    def _read_joints(self) -> HeadAngles:
+        return self._head_angles(*self.head.read())
+
+    def _head_angles(self, pan_rad: float, tilt_rad: float) -> HeadAngles:
+        turret_rad = self.robot.turret_joint_rad
+        return HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
+
+    def _shoot(self) -> NDArray[np.uint8]:
+        """Return the image of the camera now; a frozen one repeats its last."""
+        if obstacles := self.robot.walls.obstacles:
+            self._renderer.view.obstacles = obstacles
+        truth_head = self._head_angles(*self.head.true_angles_rad)
         image = self._renderer.render(self._camera_pose(truth_head))
         if self._faults.camera_frozen and self._last_image is not None:
             image = self._last_image.copy()
         self._last_image = image
+        return image
+
+    def _read(self, image: NDArray[np.uint8] | None = None) -> SensorFrame:
+        """Read every sensor now, the camera unless there is an image."""
+        robot, joints = self.robot, self._read_joints()
+        image = self._shoot() if image is None else image
+        truth, odometry = robot.truth, self._odometry()
+        sonar: tuple[float, ...] = ()
+        if self._sonar is not None:
+            base = Pose2(x_m=robot.x_m, y_m=robot.y_m, heading_rad=robot.base_yaw_rad)
+            sonar = self._sonar.read(base, robot.walls.obstacles)
         bumpers, stuck = robot.bumpers, self._faults.stuck_bumper
         if stuck >= 0:
             bumpers = (*bumpers[:stuck], True, *bumpers[stuck + 1 :])
@@ -177,18 +267,23 @@ class Simulator:
             odometry=odometry,
             bumpers=bumpers,
             truth=truth,
-            truth_head=truth_head,
+            truth_head=self._head_angles(*self.head.true_angles_rad),
             base_yaw_rad=math.remainder(
                 odometry.pose.heading_rad - robot.steering.position, math.tau
             ),
+            sonar=sonar,
         )
 
     def _camera_pose(self, head: HeadAngles) -> CameraPose:
         """Return the camera's pose and velocity; steering does not turn it."""
         robot = self.robot
         heading_rad, speed = robot.heading_rad, robot.translation.velocity
+        centre_m = np.array([robot.x_m, robot.y_m, self._camera_height_m])
+        if offset_m := self.config.noise.lens_offset_m:
+            axis = optical_rotation(camera_azimuth(heading_rad, head), head.tilt_rad)[2]
+            centre_m += offset_m * axis
         return CameraPose(
-            centre_m=np.array([robot.x_m, robot.y_m, self._camera_height_m]),
+            centre_m=centre_m,
             azimuth_rad=camera_azimuth(heading_rad, head),
             tilt_rad=head.tilt_rad,
             velocity_m_per_s=np.array(

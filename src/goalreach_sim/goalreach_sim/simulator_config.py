@@ -2,18 +2,16 @@
 
 import dataclasses
 from dataclasses import dataclass, field
-import itertools
 import math
 
-import numpy as np
-
 from goalreach_msgs_py.angles import deg, inches
-from goalreach_msgs_py.arena import BODY_RADIUS_M, DEFAULT_LANDMARKS_M, LENGTH_M, WIDTH_M, Arena
-from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena, ArenaConfig
+from goalreach_msgs_py.camera import DISTORTION_TERMS, PLUMB_BOB, PinholeCamera
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.obstacles import Obstacle, obstacles_from_flat, obstacles_to_flat
 from goalreach_msgs_py.parameters import Configuration, parameter
-from goalreach_msgs_py.values import FloatArray, Pose2
+from goalreach_msgs_py.values import Pose2
 from goalreach_sim.camera_view import OpticsConfig
 from goalreach_sim.sensors import BUMPER_COUNT
 
@@ -34,19 +32,13 @@ class DriveConfig(Configuration):
         deg(90), 'Top turret rate, rad/s; 90 deg/s by two laboratories', within=(0.01, deg(360))
     )
     translation_acceleration_m_per_s2: float = parameter(
-        inches(30),
-        "Translation acceleration, m/s^2; 30 in/s^2 is the Player driver's default",
-        within=(0.01, 10.0),
+        inches(30), 'Acceleration, m/s^2; 30 in/s^2 by the Player driver', within=(0.01, 10.0)
     )
     steering_acceleration_rad_per_s2: float = parameter(
-        deg(30),
-        "Steering acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
-        within=(0.01, 100.0),
+        deg(30), 'Acceleration, rad/s^2; 30 deg/s^2 by the Player driver', within=(0.01, 100.0)
     )
     turret_acceleration_rad_per_s2: float = parameter(
-        deg(30),
-        "Turret acceleration, rad/s^2; 30 deg/s^2 is the Player driver's default",
-        within=(0.01, 100.0),
+        deg(30), 'Acceleration, rad/s^2; 30 deg/s^2 by the Player driver', within=(0.01, 100.0)
     )
 
 
@@ -67,14 +59,7 @@ class HeadConfig(Configuration):
         deg(50), 'Upper end of tilt, rad; the paper: a range of 70 deg', within=(0.0, 1.5)
     )
     rate_rad_per_s: float = parameter(
-        deg(90),
-        'Rate of the pan and tilt servos, rad/s; chosen, not from a source',
-        within=(0.01, deg(720)),
-    )
-    encoder_resolution_rad: float = parameter(
-        0.0,
-        'Step of the pan and tilt encoders, rad; 0 for none. Chosen, not from a source',
-        within=(0.0, 0.1),
+        deg(90), 'Rate of the pan and tilt servos, rad/s; chosen', within=(0.01, deg(720))
     )
 
     def __post_init__(self) -> None:
@@ -87,24 +72,15 @@ class HeadConfig(Configuration):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulatorConfig(Configuration):
+class SimulatorConfig(ArenaConfig):
     """The robot, its camera, its arena, and the size of their errors."""
 
-    arena_width_m: float = parameter(
-        WIDTH_M, 'Arena size along x, m; the paper: 140 in', within=(0.5, 100.0)
-    )
-    arena_length_m: float = parameter(
-        LENGTH_M, 'Arena size along y, m; the paper: 200 in', within=(0.5, 100.0)
-    )
-    landmarks_m: tuple[float, ...] = parameter(
-        tuple(itertools.chain.from_iterable(DEFAULT_LANDMARKS_M)),
-        'Surveyed positions of the LEDs in map, m: x, y, z of each in turn',
-    )
-    posts_m: tuple[float, ...] = parameter(
+    obstacles: tuple[float, ...] = parameter(
         (),
-        'Posts that hide LEDs from the camera, m in map: x, y, radius, height of each in turn; '
-        'the robot drives through them. None in the paper',
+        'Obstacles, SI units in map: x, y, length, width, radius, heading, height, speed, number '
+        'of points of the track, and x, y of each point, of each obstacle in turn',
     )
+    sonar: bool = parameter(False, 'Whether the ring of 16 ultrasonic sensors is simulated')
     body_radius_m: float = parameter(
         BODY_RADIUS_M, 'Radius of the bumper ring, m; Player project', within=(0.05, 1.0)
     )
@@ -118,28 +94,27 @@ class SimulatorConfig(Configuration):
         480, 'Image height, pixels; the thesis on the robot', within=(16, 4096)
     )
     horizontal_fov_rad: float = parameter(
-        deg(60),
-        'Calibrated horizontal field of view, rad; chosen, not from a source',
-        within=(deg(5), deg(150)),
+        deg(60), 'Calibrated horizontal field of view, rad; chosen', within=(deg(5), deg(150))
     )
     distortion: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0, 0.0),
-        'Brown-Conrady k1, k2, p1, p2, k3 of the lens, known to calibration',
-        within=(-2.0, 2.0),
-        length=5,
+        'Terms of the distortion of the lens, known to calibration: 5 of plumb_bob, 8 of '
+        'rational_polynomial, 4 of equidistant',
+        within=(-20.0, 20.0),
+    )
+    distortion_model: str = parameter(
+        PLUMB_BOB, 'Model of the distortion', choices=tuple(DISTORTION_TERMS)
     )
     camera_rate_hz: float = parameter(
         25.0, 'Images per second; the thesis on the robot', within=(0.1, 1000.0)
     )
     start_pose: tuple[float, ...] = parameter(
         (1.778, 4.5, -math.pi / 2),
-        'Pose after a reset: x (m), y (m), heading (rad) in map; chosen',
+        'Pose after a reset in map: x (m), y (m), heading (rad)',
         length=3,
     )
     watchdog_s: float = parameter(
-        0.5,
-        'Time without a command after which the drive is at rest, s; chosen',
-        within=(0.01, 60.0),
+        0.5, 'Time without a command after which the drive rests, s; chosen', within=(0.01, 60.0)
     )
     watchdog_braking_m_per_s2: float = parameter(
         5.08,
@@ -161,10 +136,8 @@ class SimulatorConfig(Configuration):
         if self.brakes_after_s <= 0.0:
             allowed = 'longer than braking from full speed takes: watchdog_braking_m_per_s2'
             raise ConfigurationError('watchdog_s', self.watchdog_s, allowed)
-        if len(self.landmarks_m) % 3 or not self.landmarks_m:
-            raise ConfigurationError('landmarks_m', self.landmarks_m, 'x, y, z of each LED')
-        if len(self.posts_m) % 4:
-            raise ConfigurationError('posts_m', self.posts_m, 'x, y, radius, height of each post')
+        self.calibrated_camera  # noqa: B018 - checks the lens
+        self.obstacle_list  # noqa: B018 - checks the obstacles
         radius_m, sizes_m = self.body_radius_m, (self.arena_width_m, self.arena_length_m)
         pairs = zip(self.start_pose[:2], sizes_m, strict=True)
         if not all(radius_m <= place_m <= size_m - radius_m for place_m, size_m in pairs):
@@ -178,29 +151,29 @@ class SimulatorConfig(Configuration):
 
     @classmethod
     def for_arena(cls, arena: Arena, noise: NoiseModel) -> 'SimulatorConfig':
-        """Return the default robot with given errors at the first start of an arena."""
-        middle = Pose2(
-            x_m=arena.width_m / 2.0, y_m=arena.length_m / 2.0, heading_rad=-math.pi / 2.0
-        )
-        start = arena.starts[0] if arena.starts else middle
+        """Return the default robot with given errors at the first start of an arena, if any."""
+        start_pose = (arena.width_m / 2.0, arena.length_m / 2.0, -math.pi / 2.0)
+        if arena.starts:
+            start = arena.starts[0]
+            start_pose = (start.x_m, start.y_m, start.heading_rad)
         return cls(
-            arena_width_m=arena.width_m,
-            arena_length_m=arena.length_m,
-            landmarks_m=tuple(itertools.chain.from_iterable(arena.landmarks_m)),
-            start_pose=(start.x_m, start.y_m, start.heading_rad),
+            **cls.of_arena(arena),
+            start_pose=start_pose,
+            obstacles=obstacles_to_flat(arena.obstacles),
+            sonar=arena.sonar or bool(arena.obstacles),
             noise=noise,
         )
+
+    @property
+    def obstacle_list(self) -> tuple[Obstacle, ...]:
+        """The obstacles at the start of their tracks."""
+        return obstacles_from_flat(self.obstacles)
 
     @property
     def start(self) -> Pose2:
         """Pose after a reset."""
         x_m, y_m, heading_rad = self.start_pose
         return Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad)
-
-    @property
-    def landmark_array_m(self) -> FloatArray:
-        """Surveyed positions of the LEDs, (n, 3), metres in `map`."""
-        return np.array(self.landmarks_m, dtype=np.float64).reshape(-1, 3)
 
     @property
     def period_ns(self) -> int:
@@ -215,8 +188,9 @@ class SimulatorConfig(Configuration):
             height_px=self.image_height_px,
             horizontal_fov_rad=self.horizontal_fov_rad,
         )
-        k1, k2, p1, p2, k3 = self.distortion
-        return dataclasses.replace(ideal, distortion=(k1, k2, p1, p2, k3))
+        return dataclasses.replace(
+            ideal, distortion=self.distortion, distortion_model=self.distortion_model
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,14 +207,10 @@ class TimeConfig(Configuration):
     )
     seed: int = parameter(0, 'Seed of everything random in the simulation', within=(0, 2**31 - 1))
     start_time_ns: int = parameter(
-        0,
-        'Initial time of the clock, ns; after a restart the clock must not go back',
-        within=(0, 2**62),
+        0, 'Initial time of the clock, ns, which a restart must not turn back', within=(0, 2**62)
     )
     answer_timeout_s: float = parameter(
-        5.0,
-        'Wall seconds after which a node that does not answer in lockstep is reported',
-        within=(0.1, 3600.0),
+        5.0, 'Wall seconds after which a silent node is reported in lockstep', within=(0.1, 3600.0)
     )
     consumers: str = parameter(
         '',
@@ -270,14 +240,11 @@ class SimulatedFaults(Configuration):
     camera_frozen: bool = parameter(False, 'Whether the camera repeats its last image')
     odometry_frozen: bool = parameter(False, 'Whether the wheel encoders are frozen')
     stuck_bumper: int = parameter(
-        -1,
-        'Number of the bumper that stays pressed, from 0; -1: none',
-        within=(-1, BUMPER_COUNT - 1),
+        -1, 'Number of a bumper that stays pressed, or -1', within=(-1, BUMPER_COUNT - 1)
     )
     carry_to: tuple[float, ...] = parameter(
         (),
-        'Pose to which the robot is carried when the value changes, unnoticed by its encoders: '
-        'x, y (m), heading (rad)',
+        'Pose to which it is carried unnoticed: x, y (m), heading (rad)',
         within=(-100.0, 100.0),
     )
 

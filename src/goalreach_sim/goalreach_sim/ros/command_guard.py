@@ -1,10 +1,11 @@
 """Validation of commands: fresh ones, and from a single node."""
 
+from dataclasses import dataclass
 from typing import Final
 
 from rclpy.node import Node
 
-from goalreach_msgs_py.ros.messaging import InputReporter
+from goalreach_msgs_py.ros.messaging import InputReporter, resolved_name
 from goalreach_msgs_py.topics import CLOCK, CMD_VEL
 
 _THROTTLE_S: Final = 3.0
@@ -13,27 +14,28 @@ _UNKNOWN: Final = '_UNKNOWN_'
 """Part of the name that ROS 2 gives to a node of which it knows only a publisher."""
 
 
+@dataclass(kw_only=True)
 class CommandGuard:
     """Refuses commands that are old, and all drive commands while two nodes drive.
 
     A command without a stamp counts as given now, like those of ROS 2 teleoperation nodes. One
     from the future is reported and accepted: the sender's clock is wrong, the command is fresh.
 
-    Args:
+    Attributes:
         node: The robot's node.
         limit_s: Age from which a command is refused, seconds of the graph's clock.
         brakes_after_s: Time without a command after which the watchdog brakes, seconds.
         reports_silence: Whether to report missing commands; in lockstep the clock does that.
     """
 
-    def __init__(
-        self, node: Node, *, limit_s: float, brakes_after_s: float, reports_silence: bool
-    ) -> None:
-        self._node = node
-        self._topic = node.resolve_topic_name(CMD_VEL)  # counting knows of no remapping
-        self._limit_ns = round(limit_s * 1e9)
-        self._brakes_after_ns = round(brakes_after_s * 1e9)
-        self._reporter = InputReporter(node) if reports_silence else None
+    node: Node
+    limit_s: float
+    brakes_after_s: float
+    reports_silence: bool
+
+    def __post_init__(self) -> None:
+        self._topic = resolved_name(self.node, CMD_VEL)
+        self._reporter = InputReporter(self.node) if self.reports_silence else None
         self._now_ns: int | None = None
         self._accepted_ns: int | None = None
         self._moved = False
@@ -43,12 +45,12 @@ class CommandGuard:
     def tick(self, stamp_ns: int, *, moving: bool) -> None:
         """Count a tick of the robot's clock; warn when the watchdog ends a motion."""
         self._now_ns = stamp_ns
-        if self._accepted_ns is not None and stamp_ns - self._accepted_ns > self._brakes_after_ns:
+        accepted_ns, limit_ns = self._accepted_ns, round(self.brakes_after_s * 1e9)
+        if accepted_ns is not None and stamp_ns - accepted_ns > limit_ns:
             self._accepted_ns = None
             if moving or self._moved:
-                silent_s = self._brakes_after_ns * 1e-9
-                line = f'{CMD_VEL}: nothing for {silent_s:g} s: the watchdog brakes'
-                self._node.get_logger().warning(line)
+                line = f'{CMD_VEL}: nothing for {self.brakes_after_s:g} s: the watchdog brakes'
+                self.node.get_logger().warning(line)
         self._moved = moving
         if self._reporter is not None:
             self._reporter.received(CLOCK, stamp_ns)
@@ -61,18 +63,13 @@ class CommandGuard:
     def _find_drivers(self) -> None:
         """Find the nodes that drive; one whose name is not known yet counts once it is."""
         self._drivers = []
-        if self._node.count_publishers(self._topic) > 1:  # counting is cheap, names are not
-            infos = self._node.get_publishers_info_by_topic(self._topic)
+        if self.node.count_publishers(self._topic) > 1:  # counting is cheap, names are not
+            infos = self.node.get_publishers_info_by_topic(self._topic)
             names = {f'{info.node_namespace}{info.node_name}' for info in infos}
             self._drivers = sorted(name for name in names if _UNKNOWN not in name)
 
     def accepts(self, topic: str, stamp_ns: int) -> bool:
-        """Return whether to execute a command; a refusal is logged.
-
-        Args:
-            topic: The command's topic.
-            stamp_ns: The command's stamp.
-        """
+        """Return whether to execute a command; a refusal is logged."""
         if topic == CMD_VEL and len(self._drivers) > 1:
             self._find_drivers()  # in lockstep no tick would come to do it
             if len(self._drivers) > 1:
@@ -82,7 +79,7 @@ class CommandGuard:
             if self._reporter is not None:
                 self._reporter.received(topic, stamp_ns)
             age_ns = self._now_ns - stamp_ns
-            if age_ns > self._limit_ns:
+            if age_ns > round(self.limit_s * 1e9):
                 self._warn(f'{topic}: a command {age_ns * 1e-9:.2f} s old is refused')
                 return False
         if topic == CMD_VEL:
@@ -100,4 +97,4 @@ class CommandGuard:
         self._warn(f'{CMD_VEL}: {count} nodes drive: {self._drivers}; none is obeyed')
 
     def _warn(self, line: str) -> None:
-        self._node.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
+        self.node.get_logger().warning(line, throttle_duration_sec=_THROTTLE_S)
