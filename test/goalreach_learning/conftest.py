@@ -15,8 +15,9 @@ from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.values import FloatArray, PathOutcome, Pose2, PoseEstimate, RegionState
 from goalreach_perception.state_estimator import StateEstimator, StateEstimatorConfig
-from goalreach_sim.robot import Robot, Walls
+from goalreach_sim.robot import Robot
 from goalreach_sim.simulator_config import DriveConfig
+from goalreach_sim.walls import Walls
 
 TICK_S = 0.04
 

@@ -212,7 +212,7 @@ def test_mode_may_change_on_the_way(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0, (1, 1): 6}))
     script.see()
     blended = script.see(1.1).heading_rad
-    script.controller.config = ControllerConfig(mode='crisp')
+    script.controller.actor.config = ControllerConfig(mode='crisp')
     assert blended != 0.0
     assert script.see(1.1).heading_rad == 0.0
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from goalreach_learning.kinematic_drive import greedy_successes
-from goalreach_learning.policy import Policy
-from goalreach_learning.q_learning import LearningConfig, QLearner
+from goalreach_learning.learner import Agent
+from goalreach_learning.learners.tabular import PaperLearner
+from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
@@ -18,7 +19,6 @@ from goalreach_learning.gym_environment import (  # noqa: E402 - only where Gymn
     ENVIRONMENT_ID,
     OBSERVATIONS,
     GoalReachEnv,
-    register,
 )
 
 
@@ -109,28 +109,23 @@ def test_importing_registers_the_environment(module: str, name: str) -> None:
     assert (done.returncode, done.stderr) == (0, '')
 
 
-def test_registering_twice_is_harmless() -> None:
-    register()
-    register()
-    assert ENVIRONMENT_ID in gymnasium.registry
-
-
 def test_the_same_learner_learns_on_it() -> None:
     config = LearningConfig()
-    learner = QLearner(config, RegionMap())
     env = GoalReachEnv()
     env.reset(seed=0)
     rng = np.random.default_rng(0)
+    agent = Agent('paper', RegionMap(), config, rng)
+    learner = agent.learner
+    assert isinstance(learner, PaperLearner)
     for path in range(440):
         state, _ = env.reset(options={'start': path % 22})
         terminated = False
         for _ in range(60):
             region = divmod(int(state), 3)
-            action = learner.choose(region, config.temperature(path // 22), rng.random())
+            action = learner.select(region, config.temperature(path // 22), rng.random())
             state, reward, terminated, _, _ = env.step(np.int64(action))
             after = divmod(int(state), 3)
-            learner.update(region, action, reward, after, terminal=terminated)
+            learner.learn(region, action, reward, after, terminal=terminated)
             if terminated:
                 break
-    policy: Policy = learner.policy()
-    assert all(greedy_successes(Arena(), policy))
+    assert all(greedy_successes(Arena(), agent.policy))

@@ -1,6 +1,6 @@
 import pytest
 
-from goalreach_learning.mission import MissionConfig, PathOrder
+from goalreach_learning.controller_config import MissionConfig, PathOrder
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Pose2
 
@@ -26,8 +26,15 @@ def test_a_resumed_path_begins_where_the_robot_is() -> None:
     assert mission.path_order(4) == PathOrder(path=4, trial=2, start=FIRST)
 
 
-def test_without_starts_every_path_begins_where_the_robot_is() -> None:
-    assert MissionConfig().path_order(7) == PathOrder(path=7, trial=7, start=None)
+def test_without_starts_the_first_path_begins_where_the_robot_is_and_others_wait() -> None:
+    mission = MissionConfig()
+    assert mission.path_order(0) == PathOrder(path=0, trial=0, start=None)
+    assert mission.path_order(7) == PathOrder(path=7, trial=7, start=None, waits=True)
+
+
+def test_where_a_service_places_the_robot_no_path_waits() -> None:
+    mission = MissionConfig(placement_service='/dock/leave')
+    assert mission.path_order(7) == PathOrder(path=7, trial=7, start=None)
 
 
 def test_a_start_has_three_numbers() -> None:

@@ -5,14 +5,26 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from goalreach_learning.learner import Agent, LearnerSetup
+from goalreach_learning.learners.tabular import PaperLearner
+from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import (
     LearningConfig,
-    QLearner,
     boltzmann_probabilities,
     q_update,
     select_action,
 )
 from goalreach_msgs_py.regions import RegionMap
+
+
+def setup(config: LearningConfig | None = None) -> LearnerSetup:
+    rng = np.random.default_rng(0)
+    return LearnerSetup(shape=(3, 3, 8), config=config or LearningConfig(), rng=rng)
+
+
+def agent(policy: Policy | None = None) -> Agent:
+    return Agent('paper', RegionMap(), LearningConfig(), np.random.default_rng(0), policy)
+
 
 Q_VALUES = st.lists(st.floats(-2.0, 2.0), min_size=8, max_size=8)
 
@@ -70,16 +82,16 @@ CHAIN = ((0, 2), (0, 1), (0, 0), (1, 0))
 
 def test_learns_the_values_of_a_chain() -> None:
     config = LearningConfig(alpha=0.5, gamma=0.8)
-    learner = QLearner(config, RegionMap())
+    learner = PaperLearner(setup(config))
     rng = np.random.default_rng(1)
     for _ in range(400):
         place = 0
         while place < len(CHAIN):
-            action = learner.choose(CHAIN[place], 1.0, rng.random())
+            action = learner.select(CHAIN[place], 1.0, rng.random())
             after = place + (action == 0)
             done = after == len(CHAIN)
             next_state = CHAIN[place] if done else CHAIN[after]
-            learner.update(CHAIN[place], action, float(done), next_state, terminal=done)
+            learner.learn(CHAIN[place], action, float(done), next_state, terminal=done)
             place = after
     for index, (i, j) in enumerate(CHAIN):
         distance = len(CHAIN) - index
@@ -88,18 +100,22 @@ def test_learns_the_values_of_a_chain() -> None:
 
 
 def test_continues_from_a_policy() -> None:
-    first = QLearner(LearningConfig(), RegionMap())
-    first.update((0, 0), 3, 1.0, (1, 0), terminal=True)
-    second = QLearner(LearningConfig(), RegionMap(), first.policy())
-    second.update((0, 0), 3, 1.0, (1, 0), terminal=True)
+    begun = agent()
+    first = begun.learner
+    assert isinstance(first, PaperLearner)
+    first.learn((0, 0), 3, 1.0, (1, 0), terminal=True)
+    second = agent(begun.policy).learner
+    assert isinstance(second, PaperLearner)
+    second.learn((0, 0), 3, 1.0, (1, 0), terminal=True)
     assert second.q[0][0][3] == pytest.approx(0.3 + 0.7 * 0.3)
     assert second.visits[0][0][3] == 2
     assert first.visits[0][0][3] == 1
 
 
 def test_a_policy_is_a_snapshot() -> None:
-    learner = QLearner(LearningConfig(), RegionMap())
-    before = learner.policy()
-    learner.update((0, 0), 3, 1.0, (1, 0), terminal=True)
+    begun = agent()
+    before = begun.policy
+    assert isinstance(begun.learner, PaperLearner)
+    begun.learner.learn((0, 0), 3, 1.0, (1, 0), terminal=True)
     assert before.q[0, 0, 3] == 0.0
-    assert learner.policy().learning['gamma'] == 0.9
+    assert before.learning['gamma'] == 0.9

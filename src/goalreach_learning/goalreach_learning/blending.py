@@ -1,12 +1,10 @@
 """From memberships to a heading: the crisp choice and three ways to blend actions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
-from goalreach_learning.policy import Policy
-from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
+from goalreach_learning.policy import Policy, action_directions
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import Region
@@ -18,19 +16,20 @@ _OPPOSED: Final = 1e-6
 """Length of the blended unit vector below which its direction is meaningless; chosen."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Vote:
+class Vote(NamedTuple):
     """The contribution of one cell to the heading.
 
     Attributes:
         region: The cell.
         action: Its greedy action.
         weight: Its weight, > 0; not normalised.
+        actions: Number of actions to which it belongs.
     """
 
     region: Region
     action: int
     weight: float
+    actions: int
 
 
 def blend_heading(
@@ -40,8 +39,8 @@ def blend_heading(
 
     Args:
         mode: One of `MODES`.
-        mu_x: Memberships (3,) of x.
-        mu_y: Memberships (3,) of y.
+        mu_x: Memberships of x.
+        mu_y: Memberships of y.
         policy: Source of the greedy actions.
 
     Returns:
@@ -56,39 +55,29 @@ def blend_heading(
 def votes(
     mode: str, mu_x: Sequence[float], mu_y: Sequence[float], policy: Policy
 ) -> tuple[Vote, ...]:
-    """Return the cells that vote and their weights.
+    """Return the cells that vote and their weights, for the arguments of `blend_heading`.
 
     The goal and cells that were never visited have no learned action and do not vote. In `crisp`
     mode the cell with the largest weight among those that can vote does.
 
-    Args:
-        mode: One of `MODES`.
-        mu_x: Memberships (3,) of x.
-        mu_y: Memberships (3,) of y.
-        policy: Source of the greedy actions.
-
     Raises:
         ConfigurationError: There is no such mode.
     """
-    if mode == 'fuzzy':
-        return _learned(_product_weights(mu_x, mu_y), policy)
-    if mode in ('fuzzy-eq3', 'fuzzy-as-printed'):
-        return _learned(_equation_3_weights(mu_x, mu_y), policy)
-    if mode == 'crisp':
-        found = _learned(_product_weights(mu_x, mu_y), policy)
-        return (max(found, key=lambda vote: vote.weight),) if found else ()
-    raise ConfigurationError('mode', mode, 'one of ' + ', '.join(MODES))
+    if mode not in MODES:
+        raise ConfigurationError('mode', mode, 'one of ' + ', '.join(MODES))
+    weigh = _equation_3_weights if mode in MODES[2:] else _product_weights
+    actions, count = policy.actions, policy.regions.actions
+    cast = tuple(
+        Vote((i, j), action, weight, count)
+        for (i, j), weight in weigh(mu_x, mu_y)
+        if (action := actions[i][j]) is not None
+    )
+    return (max(cast, key=lambda vote: vote.weight),) if cast and mode == 'crisp' else cast
 
 
 def _product_weights(mu_x: Sequence[float], mu_y: Sequence[float]) -> list[tuple[Region, float]]:
     """Return the product of the memberships of each cell, of which at most four are positive."""
-    return [
-        ((i, j), mu_x[i] * mu_y[j])
-        for i in range(3)
-        if mu_x[i] > 0.0
-        for j in range(3)
-        if mu_y[j] > 0.0
-    ]
+    return [((i, j), mu_x[i] * mu_y[j]) for i in _positive(mu_x) for j in _positive(mu_y)]
 
 
 def _equation_3_weights(
@@ -97,26 +86,16 @@ def _equation_3_weights(
     """Return the weights of equation (3): the dominant cell and a neighbour along x and along y.
 
     a_i and a_(i+1) are the actions of adjacent columns in the dominant row j; a_j and a_(j+1)
-    those of adjacent rows in the dominant column i: the dominant cell votes twice.
+    those of adjacent rows in the dominant column i: the dominant cell votes twice. Of equal
+    memberships the larger index dominates, as in `region_at`.
     """
-    i, j = _dominant(mu_x), _dominant(mu_y)
-    along_x = [((column, j), mu_x[column]) for column in range(3) if mu_x[column] > 0.0]
-    along_y = [((i, row), mu_y[row]) for row in range(3) if mu_y[row] > 0.0]
-    return along_x + along_y
+    i, j = (max(range(len(mu)), key=lambda k: (mu[k], k)) for mu in (mu_x, mu_y))
+    along_x = [((column, j), mu_x[column]) for column in _positive(mu_x)]
+    return along_x + [((i, row), mu_y[row]) for row in _positive(mu_y)]
 
 
-def _dominant(mu: Sequence[float]) -> int:
-    """Return the index of the largest membership, the larger one at a tie, as `region_at`."""
-    return max(range(3), key=lambda k: (mu[k], k))
-
-
-def _learned(weights: list[tuple[Region, float]], policy: Policy) -> tuple[Vote, ...]:
-    actions = policy.actions
-    return tuple(
-        Vote(region=region, action=action, weight=weight)
-        for region, weight in weights
-        if (action := actions[region[0]][region[1]]) is not None
-    )
+def _positive(mu: Sequence[float]) -> list[int]:
+    return [k for k, membership in enumerate(mu) if membership > 0.0]
 
 
 def blend(mode: str, cast: Sequence[Vote]) -> float | None:
@@ -134,10 +113,11 @@ def blend(mode: str, cast: Sequence[Vote]) -> float | None:
     if total <= 0.0:
         return None
     if mode == 'fuzzy-as-printed':
-        mean_deg = math.fsum(v.weight * ACTIONS_DEG[v.action] for v in cast) / total
+        mean_deg = math.fsum(v.weight * (360.0 / v.actions * v.action) for v in cast) / total
         return wrap_angle(math.radians(mean_deg))
-    x = math.fsum(vote.weight * ACTION_DIRECTIONS[vote.action][0] for vote in cast)
-    y = math.fsum(vote.weight * ACTION_DIRECTIONS[vote.action][1] for vote in cast)
+    parts = [(vote.weight, *action_directions(vote.actions)[vote.action]) for vote in cast]
+    x = math.fsum(weight * x for weight, x, _ in parts)
+    y = math.fsum(weight * y for weight, _, y in parts)
     if math.hypot(x, y) < _OPPOSED * total:
         return None
     return wrap_angle(math.atan2(y, x))

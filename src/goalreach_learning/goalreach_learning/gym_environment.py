@@ -11,17 +11,15 @@ from gymnasium import spaces
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_learning.environment import OptionEnvironment
-from goalreach_learning.task import ACTION_COUNT, BUMP_REWARD, GOAL_REWARD
+from goalreach_learning.kinematic_drive import OptionEnvironment
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import region_name
+from goalreach_msgs_py.values import PathOutcome
 
 ENVIRONMENT_ID: Final = 'goalreach/GoalReach-v0'
 OBSERVATIONS: Final = ('region', 'memberships', 'pose')
 
 _MAX_OPTIONS = 60
-_ENTRY_POINT = 'goalreach_learning.gym_environment:GoalReachEnv'
 
 Observation = NDArray[np.float32] | np.int64
 
@@ -43,7 +41,7 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     ## Observation Space
     | `observation` | space | meaning |
     | --- | --- | --- |
-    | `'region'` (default) | `Discrete(9)` | 3 * column + row |
+    | `'region'` (default) | `Discrete(9)` | rows * column + row |
     | `'memberships'` | `Box(0, 1, (6,))` | degrees of the three columns, then the three rows |
     | `'pose'` | `Box(0, 1, (2,))` | x over the width and y over the length of the arena |
 
@@ -100,10 +98,8 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         self._kind = observation
         self._jitter_m = start_jitter_m
         self._environment = OptionEnvironment(self._arena, overshoot_m=overshoot_m)
-        self._x_m = self._y_m = 0.0
-        self._region = self._arena.regions.goal
-        self.action_space = spaces.Discrete(ACTION_COUNT)
-        self.observation_space = _space(observation)
+        self.action_space = spaces.Discrete(self._arena.regions.actions)
+        self.observation_space = _space(observation, self._arena.regions.shape)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -113,9 +109,6 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         Args:
             seed: Seed of the starts, or None to continue the sequence.
             options: `start` as an index or a point (x_m, y_m), metres.
-
-        Returns:
-            Observation and information.
 
         Raises:
             ConfigurationError: There is no such start.
@@ -139,7 +132,7 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
             return self._environment.clamp(float(x_m), float(y_m))
         regions, point = self._arena.regions, np.asarray(start, dtype=np.float64)
         is_free = point.shape == (2,) and self._arena.is_free(*point)
-        if not is_free or regions.region_at(*point) == regions.goal:
+        if not is_free or regions.region_at(*point) in regions.ends:
             raise ConfigurationError('start', start, 'a free point outside the goal')
         return float(point[0]), float(point[1])
 
@@ -154,15 +147,15 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         """
         end = self._environment.advance(self._x_m, self._y_m, self._region, int(action))
         self._x_m, self._y_m, self._region = end.x_m, end.y_m, end.region
-        success = not end.bumped and end.region == self._arena.regions.goal
-        reward = GOAL_REWARD if success else BUMP_REWARD if end.bumped else 0.0
-        info = {**self._info(end.length_m), 'is_success': success}
-        return self._observe(), reward, success or end.bumped, False, info
+        regions = self._arena.regions
+        outcome = PathOutcome.BUMP if end.bumped else regions.ends.get(end.region)
+        info = {**self._info(end.length_m), 'is_success': outcome is PathOutcome.GOAL}
+        return self._observe(), regions.rewards.of(outcome), outcome is not None, False, info
 
     def _observe(self) -> Observation:
         regions = self._arena.regions
         if self._kind == 'region':
-            return np.int64(3 * self._region[0] + self._region[1])
+            return np.int64(regions.shape[1] * self._region[0] + self._region[1])
         if self._kind == 'memberships':
             mu_x, mu_y = regions.memberships_at(self._x_m, self._y_m)
             return np.array([*mu_x, *mu_y], dtype=np.float32)
@@ -173,24 +166,18 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
         return {
             'x_m': self._x_m,
             'y_m': self._y_m,
-            'region': region_name(self._region),
+            'region': self._arena.regions.name(self._region),
             'length_m': length_m,
         }
 
 
-def _space(observation: str) -> spaces.Space[Any]:
+def _space(observation: str, shape: tuple[int, int]) -> spaces.Space[Any]:
     if observation == 'region':
-        return spaces.Discrete(9)
-    size = 6 if observation == 'memberships' else 2
+        return spaces.Discrete(shape[0] * shape[1])
+    size = sum(shape) if observation == 'memberships' else 2
     return spaces.Box(0.0, 1.0, (size,), np.float32)
 
 
-def register() -> None:
-    """Register `goalreach/GoalReach-v0` with Gymnasium, once."""
-    if ENVIRONMENT_ID not in gymnasium.registry:
-        gymnasium.register(
-            id=ENVIRONMENT_ID, entry_point=_ENTRY_POINT, max_episode_steps=_MAX_OPTIONS
-        )
-
-
-register()
+gymnasium.register(
+    ENVIRONMENT_ID, entry_point=f'{__name__}:GoalReachEnv', max_episode_steps=_MAX_OPTIONS
+)

@@ -1,36 +1,54 @@
-"""Learned policies: Q-values, visits, and the greedy action of each region."""
+"""The action set, and learned policies: Q-values, visits, the greedy action of each region."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
+import itertools
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_learning.task import ACTION_COUNT, ACTION_DIRECTIONS
+from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import FloatArray, Region
 
-_SHAPE = (3, 3, ACTION_COUNT)
-_DIRECTIONS = np.array(ACTION_DIRECTIONS)
 _DECIMALS = 9
-
 _TIE_FRACTION = 0.2
+"""Of 1 - gamma, the relative loss of value per action on the way to the goal: up to this, two
+Q-values count as equal. Chosen, well below the difference of a detour by one action."""
 _DEFAULT_GAMMA = 0.9
 
 
-def tie_tolerance(gamma: float = _DEFAULT_GAMMA) -> float:
-    """Return the difference up to which two Q-values count as equal.
-
-    A fifth (chosen) of 1 - gamma, the relative loss of value per action on the way to the goal:
-    well below the difference of a detour by one action.
+@lru_cache
+def action_directions(count: int) -> tuple[tuple[float, float], ...]:
+    """Return the unit vectors (x, y) of evenly spaced headings, with exact zeros along the axes.
 
     Args:
-        gamma: Discount factor with which the values were learned.
+        count: Number of actions, a multiple of four; action k is the heading k * 2 pi / count.
     """
-    return _TIE_FRACTION * (1.0 - gamma)
+    turns = [2.0 * math.pi * k / count for k in range(count // 4)]
+    quadrants = [[(math.cos(t), math.cos(math.pi / 2 - t) if t else 0.0) for t in turns]]
+    for _ in range(3):
+        quadrants.append([(-y if y else 0.0, x) for x, y in quadrants[-1]])
+    return tuple(itertools.chain.from_iterable(quadrants))
+
+
+@lru_cache
+def action_headings_rad(count: int) -> tuple[float, ...]:
+    """Return the headings of the actions in `map`, radians in (-pi, pi]."""
+    return tuple(wrap_angle(math.radians(360.0 / count * k)) for k in range(count))
+
+
+def nearest_action(heading_rad: float, count: int) -> int:
+    """Return the index of the action whose heading, radians in `map`, is nearest.
+
+    >>> nearest_action(0.8, 8)
+    1
+    """
+    return round(heading_rad * count / math.tau) % count
 
 
 def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
@@ -41,18 +59,18 @@ def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> 
     on both sides.
 
     Args:
-        q: Q-values (..., 8).
-        visits: How often each action was tried, (..., 8); untried actions are never greedy.
+        q: Q-values (..., a) of a actions.
+        visits: How often each action was tried, (..., a); untried actions are never greedy.
         tolerance: Largest difference from the best value that counts as equal.
 
     Returns:
         Indices of actions, shape (...).
     """
-    tried = visits > 0
+    tried, directions = visits > 0, np.array(action_directions(q.shape[-1]))
     known = np.where(tried, q, -np.inf)
     equal = tried & (known >= known.max(axis=-1, keepdims=True) - tolerance)
-    mean = equal @ _DIRECTIONS
-    along = np.where(equal, np.round(mean @ _DIRECTIONS.T, _DECIMALS), -np.inf)
+    mean = equal @ directions
+    along = np.where(equal, np.round(mean @ directions.T, _DECIMALS), -np.inf)
     middle = equal & (along == along.max(axis=-1, keepdims=True))
     best = np.where(middle, known, -np.inf).argmax(axis=-1)
     return np.where(tried.any(axis=-1), best, -1)
@@ -60,13 +78,14 @@ def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Policy:
-    """A learned policy over the nine regions.
+    """A learned policy over the regions.
 
     Attributes:
-        q: Q-values (3, 3, 8), indexed [x][y][action].
+        q: Q-values (columns, rows, actions), in the paper (3, 3, 8).
         visits: Number of updates of each, same shape.
         regions: The region map, with its goal.
         learning: Parameters of the learning by name: alpha, gamma, temperatures, trials, seed, ...
+        learner: Name and state of the learner to continue with; empty for the paper's.
 
     Raises:
         ConfigurationError: An array has the wrong shape or an invalid value.
@@ -76,13 +95,15 @@ class Policy:
     visits: NDArray[np.int64]
     regions: RegionMap
     learning: Mapping[str, Any] = field(default_factory=dict)
+    learner: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
+        shape = (*self.regions.shape, self.regions.actions)
         for name in ('q', 'visits'):
             array = getattr(self, name)
-            if array.shape != _SHAPE:
-                raise ConfigurationError(name, array.shape, f'an array of shape {_SHAPE}')
+            if array.shape != shape:
+                raise ConfigurationError(name, array.shape, f'an array of shape {shape}')
             if not np.isfinite(array).all():
                 raise ConfigurationError(name, 'nan or inf', 'finite numbers')
         if (self.visits < 0).any():
@@ -93,20 +114,17 @@ class Policy:
     @classmethod
     def unlearned(cls, regions: RegionMap) -> 'Policy':
         """Return a policy without any learning: all Q-values and visits zero."""
-        return cls(q=np.zeros(_SHAPE), visits=np.zeros(_SHAPE, dtype=np.int64), regions=regions)
+        shape = (*regions.shape, regions.actions)
+        return cls(q=np.zeros(shape), visits=np.zeros(shape, dtype=np.int64), regions=regions)
 
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:
         """The greedy action [x][y] of every region; None for the goal and where none was tried."""
-        gamma = float(self.learning.get('gamma', _DEFAULT_GAMMA))
-        best = best_actions(self.q, self.visits, tie_tolerance(gamma))
+        tolerance = _TIE_FRACTION * (1.0 - float(self.learning.get('gamma', _DEFAULT_GAMMA)))
+        best = best_actions(self.q, self.visits, tolerance)
         best[self.regions.goal] = -1
         return tuple(tuple(None if k < 0 else k for k in column) for column in best.tolist())
 
     def greedy_action(self, region: Region) -> int | None:
-        """Return the greedy action of a region, or None where none was learned.
-
-        Args:
-            region: The state (i, j).
-        """
+        """Return the greedy action of a region (i, j), or None where none was learned."""
         return self.actions[region[0]][region[1]]

@@ -7,12 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
-import numpy as np
-
-from goalreach_learning.policy import Policy
-from goalreach_msgs_py.parameters import Configuration, flatten_config, parameter
-from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.values import Region
+from goalreach_msgs_py.parameters import Configuration, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +28,7 @@ class LearningConfig(Configuration):
     )
     temperature_start: float = parameter(
         1.0,
-        'Boltzmann temperature of equation (2) in the first trial, in units of reward; chosen',
+        'Temperature of equation (2) in the first trial, in units of reward; chosen',
         within=(1e-3, 1e3),
     )
     temperature_end: float = parameter(
@@ -48,21 +43,13 @@ class LearningConfig(Configuration):
         within=(1, 100_000),
     )
     max_options: int = parameter(
-        60,
-        'Actions after which a path in simulation is truncated, without penalty; chosen',
-        within=(1, 100_000),
+        60, 'Actions after which a path is truncated, without penalty; chosen', within=(1, 100_000)
     )
     start_jitter_m: float = parameter(
-        0.05,
-        'Largest random shift of the starts along x and y, m, so that the policy holds near them, '
-        'too; chosen',
-        within=(0.0, 0.5),
+        0.05, 'Largest random shift of the starts along x and y, m; chosen', within=(0.0, 0.5)
     )
     overshoot_m: float = parameter(
-        0.05,
-        'Distance driven past a region border before the next action, m: a robot notices the '
-        'border only after it has crossed it; chosen',
-        within=(0.0, 0.5),
+        0.05, 'Distance past a border at which a robot notices it, m; chosen', within=(0.0, 0.5)
     )
 
     def temperature(self, trial: int) -> float:
@@ -70,9 +57,6 @@ class LearningConfig(Configuration):
 
         "Tuning opportunely the temperature parameter from higher to lower value" (section "The
         Action Set and Q-learning"); the shape is chosen.
-
-        Args:
-            trial: Trial, from 0.
         """
         fraction = min(1.0, trial / max(1, self.trials - 1))
         ratio = self.temperature_end / self.temperature_start
@@ -141,68 +125,3 @@ def select_action(q: Sequence[float], *, visited: bool, temperature: float, unif
         if probability > 0.0:
             last = action
     return last  # the sum fell short of the sample by rounding
-
-
-class QLearner:
-    """A learner with a Q-table, used in one process, in Gymnasium and in the live graph.
-
-    Args:
-        config: Learning rate, discount and temperatures.
-        regions: The region map that the states belong to.
-        policy: Source of initial Q-values and visits, or None for zeros.
-
-    Attributes:
-        config: As given.
-        q: Q-values, nested lists [x][y][action].
-        visits: Number of updates of each, nested lists [x][y][action].
-    """
-
-    def __init__(
-        self, config: LearningConfig, regions: RegionMap, policy: Policy | None = None
-    ) -> None:
-        self.config = config
-        self.regions = regions
-        start = policy or Policy.unlearned(regions)
-        self.q: list[list[list[float]]] = start.q.tolist()
-        self.visits: list[list[list[int]]] = start.visits.tolist()
-
-    def choose(self, region: Region, temperature: float, uniform: float) -> int:
-        """Return the action to try in a region, by `select_action`.
-
-        Args:
-            region: The state.
-            temperature: T of equation (2).
-            uniform: A sample of the uniform distribution on [0, 1).
-        """
-        i, j = region
-        values, visited = self.q[i][j], any(self.visits[i][j])
-        return select_action(values, visited=visited, temperature=temperature, uniform=uniform)
-
-    def update(
-        self, state: Region, action: int, reward: float, next_state: Region, *, terminal: bool
-    ) -> None:
-        """Update the Q-table with a finished action by equation (1).
-
-        Args:
-            state: Region in which the action was chosen.
-            action: Its index.
-            reward: Its reward.
-            next_state: Region in which it ended.
-            terminal: Whether the path ended there by goal or bump; a time-out is not terminal.
-        """
-        i, j = state
-        values = self.q[i][j]
-        next_q = () if terminal else self.q[next_state[0]][next_state[1]]
-        values[action] = q_update(
-            values[action], reward, next_q, alpha=self.config.alpha, gamma=self.config.gamma
-        )
-        self.visits[i][j][action] += 1
-
-    def policy(self) -> Policy:
-        """Return a copy of the present Q-table as a policy."""
-        return Policy(
-            q=np.array(self.q, dtype=np.float64),
-            visits=np.array(self.visits, dtype=np.int64),
-            regions=self.regions,
-            learning=flatten_config(self.config),
-        )

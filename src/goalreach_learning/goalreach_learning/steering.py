@@ -1,5 +1,6 @@
 """Heading control: speed and steering rate within the limits of the drive."""
 
+from dataclasses import dataclass
 import math
 
 from goalreach_learning.controller_config import ControllerConfig
@@ -38,15 +39,12 @@ def cruise_fraction(error_rad: float, stop_error_rad: float) -> float:
 
     One without an error, zero from `stop_error_rad`, in between the cosine of the error scaled to
     that range.
-
-    Args:
-        error_rad: Heading error, radians.
-        stop_error_rad: Error from which the robot only turns, radians.
     """
     stop = math.cos(stop_error_rad)
     return max(0.0, (math.cos(error_rad) - stop) / (1.0 - stop))
 
 
+@dataclass
 class HeadingFollower:
     """Turns on the spot to the first heading, then follows headings while driving.
 
@@ -54,9 +52,8 @@ class HeadingFollower:
         heading_rad: Target heading, radians in `map`, or None before the first.
     """
 
-    def __init__(self) -> None:
-        self.heading_rad: float | None = None
-        self._aligned = False
+    heading_rad: float | None = None
+    _aligned: bool = False
 
     def turn_to(self, heading_rad: float) -> None:
         """Set a heading; if it differs from the last one, the robot stops and turns to it."""
@@ -69,12 +66,7 @@ class HeadingFollower:
         self.heading_rad = heading_rad
 
     def command(self, pose: Pose2, config: ControllerConfig) -> Twist2:
-        """Return the velocities that follow the heading from a pose.
-
-        Args:
-            pose: The estimated pose.
-            config: Speeds, gain and tolerances.
-        """
+        """Return the velocities that follow the heading from a pose."""
         if self.heading_rad is None:
             return STANDING
         error_rad = angle_difference(self.heading_rad, pose.heading_rad)

@@ -1,6 +1,7 @@
 """Placing and pausing the simulated robot, and waiting without blocking the executor."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
 import time
 from typing import Any, Final
 
@@ -19,22 +20,17 @@ _ANSWER_S: Final = 2.0
 """Time for an answer, seconds of the wall clock, after which a call is made again. Chosen."""
 
 
+@dataclass
 class ConditionWait:
-    """Runs an action once a condition holds, checked at once and then by a timer.
+    """Runs an action once a condition holds, checked at once and then by a timer."""
 
-    Args:
-        node: The node whose executor serves the timer.
-        condition: Whether the action may run.
-        warning: Logged every 5 s while it does not hold.
-    """
+    node: Node
+    condition: Callable[[], bool]
+    warning: str
 
-    def __init__(self, node: Node, condition: Callable[[], bool], warning: str) -> None:
-        self._node = node
-        self._condition = condition
-        self._warning = warning
+    def __post_init__(self) -> None:
         self._action: Callable[[], None] | None = None
-        self._warned_s = 0.0
-        self._timer = steady_timer(node, _POLL_S, self._poll)
+        self._timer = steady_timer(self.node, _POLL_S, self._poll)
         self._timer.cancel()
 
     def run(self, action: Callable[[], None]) -> None:
@@ -47,111 +43,112 @@ class ConditionWait:
     def _poll(self) -> None:
         if self._action is None:
             return
-        if self._condition():
+        if self.condition():
             action, self._action = self._action, None
             self._timer.cancel()
             action()
         elif time.monotonic() - self._warned_s >= _WARN_S:
             self._warned_s = time.monotonic()
-            self._node.get_logger().warning(self._warning)
+            self.node.get_logger().warning(self.warning)
+
+
+_Calls = Generator[Any, Any, str | None]
+"""Yields the futures of calls, is sent their answers, and returns why the robot refused, if so."""
 
 
 class RobotPlacement:
-    """Calls the robot's services without blocking the executor.
+    """Calls the robot's services, or one that chooses the start, without blocking the executor.
 
-    A call whose answer does not come, because the robot's node has died or a message got lost, is
-    made again from the beginning.
-
-    Args:
-        node: The node whose executor serves the calls.
+    Calls whose answer does not come, because the robot's node has died or a message got lost, are
+    made again from the first.
     """
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, service: str) -> None:
         self._node = node
+        self._chooses_start = bool(service)
         self._parameters = AsyncParameterClient(node, ROBOT)
-        self._reset = node.create_client(Trigger, RESET_SERVICE)
-        self._pause = node.create_client(SetBool, PAUSE_SERVICE)
+        self._reset = node.create_client(Trigger, service or RESET_SERVICE.removeprefix('/'))
+        self._pause = node.create_client(SetBool, PAUSE_SERVICE.removeprefix('/'))
         self._services = ConditionWait(
-            node, self._services_are_ready, f'waiting for the services of {ROBOT}'
+            node, self._services_are_ready, f'waiting for {service or f"the services of {ROBOT}"}'
         )
-        self._request: Callable[[], None] | None = None
-        self._attempt = 0
+        self._begin: Callable[[], None] = lambda: None
+        self._calls: _Calls | None = None
+        self._resumed = False
         self._deadline = steady_timer(node, _ANSWER_S, self._on_deadline)
         self._deadline.cancel()
 
     def place(self, start: Pose2, done: Callable[[], None]) -> None:
-        """Put the robot at a pose, then call `done`; a refusal is logged and ends the mission."""
+        """Put the robot at a pose, then call `done`; a refusal is logged and ends the mission.
+
+        A robot that outlives a mission was paused at its end: the first call resumes it.
+        """
         pose = [start.x_m, start.y_m, start.heading_rad]
 
-        def set_start() -> None:
+        def calls() -> _Calls:
+            if not self._resumed:
+                yield self._pause.call_async(SetBool.Request(data=False))
+                self._resumed = True
             request = [Parameter('start_pose', Parameter.Type.DOUBLE_ARRAY, pose)]
-            self._then(self._parameters.set_parameters(request), reset)
+            result = (yield self._parameters.set_parameters(request)).results[0]
+            return (yield from self._call_reset()) if result.successful else result.reason
 
-        def reset(answer: Any) -> None:
-            result = answer.results[0]
-            if result.successful:
-                self._then(self._reset.call_async(Trigger.Request()), finish)
-            else:
-                self._refused(result.reason)
+        self._run(calls, done)
 
-        def finish(answer: Any) -> None:
-            if answer.success:
-                self._end()
-                done()
-            else:
-                self._refused(answer.message)
+    def place_anywhere(self, done: Callable[[], None]) -> None:
+        """Have the service put the robot at a start, as long as it takes, then call `done`."""
 
-        self._begin(set_start)
+        def calls() -> _Calls:
+            self._deadline.cancel()
+            return (yield from self._call_reset())
+
+        self._run(calls, done)
+
+    def _call_reset(self) -> _Calls:
+        answer = yield self._reset.call_async(Trigger.Request())
+        return None if answer.success else answer.message
 
     def pause(self, done: Callable[[], None]) -> None:
         """Pause the simulation, then call `done`."""
 
-        def pause() -> None:
-            self._then(self._pause.call_async(SetBool.Request(data=True)), finish)
+        def calls() -> _Calls:
+            yield self._pause.call_async(SetBool.Request(data=True))
+            return None
 
-        def finish(_answer: Any) -> None:
-            self._end()
-            done()
-
-        self._begin(pause)
+        self._run(calls, done)
 
     def _services_are_ready(self) -> bool:
-        return bool(
-            self._parameters.services_are_ready()
-            and self._reset.service_is_ready()
-            and self._pause.service_is_ready()
-        )
+        placed = self._parameters.services_are_ready() and self._pause.service_is_ready()
+        return bool(self._reset.service_is_ready() and (placed or self._chooses_start))
 
-    def _begin(self, request: Callable[[], None]) -> None:
-        def send() -> None:
+    def _run(self, calls: Callable[[], _Calls], done: Callable[[], None]) -> None:
+        """Make calls one after the other once the services are ready, then call `done`."""
+
+        def begin() -> None:
             self._deadline.reset()
-            request()
+            self._calls = calls()
+            go_on(self._calls, None)
 
-        self._request = send
-        self._services.run(send)
+        def go_on(made: _Calls, answer: Any) -> None:
+            if made is not self._calls:  # they have been made again meanwhile
+                return
+            try:
+                future = made.send(answer)
+            except StopIteration as end:
+                self._calls = None
+                self._deadline.cancel()
+                if end.value is None:
+                    done()
+                else:
+                    self._node.get_logger().error(f'{ROBOT} refused the start: {end.value}')
+            else:
+                future.add_done_callback(lambda future: go_on(made, future.result()))
 
-    def _then(self, future: Any, step: Callable[[Any], None]) -> None:
-        """Go on with the answer, unless the call has been made again meanwhile."""
-        attempt = self._attempt
-
-        def on_answer(future: Any) -> None:
-            if attempt == self._attempt:
-                step(future.result())
-
-        future.add_done_callback(on_answer)
+        self._begin = begin
+        self._services.run(begin)
 
     def _on_deadline(self) -> None:
         self._deadline.cancel()
-        if self._request is not None:
-            self._node.get_logger().warning(f'{ROBOT} does not answer; asking again')
-            self._attempt += 1
-            self._services.run(self._request)
-
-    def _end(self) -> None:
-        self._request = None
-        self._attempt += 1
-        self._deadline.cancel()
-
-    def _refused(self, reason: str) -> None:
-        self._end()
-        self._node.get_logger().error(f'{ROBOT} refused the start: {reason}')
+        self._node.get_logger().warning(f'{ROBOT} does not answer; asking again')
+        self._calls = None
+        self._services.run(self._begin)
