@@ -1,10 +1,13 @@
 """The arena as one checked value."""
 
+from dataclasses import replace
+
 import pytest
 
 from goalreach_msgs_py.arena import ARENA_PARAMETERS, BODY_RADIUS_M, Arena, paper_starts
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.tags import Tag
 from goalreach_msgs_py.values import Pose2
 
 
@@ -52,17 +55,29 @@ PARAMETERS = {
     'arena_width_m': 3.556,
     'arena_length_m': 5.08,
     'landmarks_m': [0.889, 0.0, 1.4224, 1.8, 0.508, 1.8288, 2.667, 0.0, 1.6256],
+    'leds': True,
+    'tags': [3.0, 0.2, 1.0, 0.0, 1.3, 1.57],
+    'tag_family': '36h11',
     'x_knots_m': list(Arena().regions.x_knots_m),
     'y_knots_m': list(Arena().regions.y_knots_m),
     'goal_region': 'FRONT/NEAR',
+    'forbidden_regions': 'LEFT-SIDE/FAR',
+    'labels': '',
+    'obstacles': [1.0, 2.0, 0.0, 0.0, 0.2, 0.0, 0.6, 0.0, 0.0],
 }
 
 
 def test_the_parameters_of_a_robot_describe_its_arena() -> None:
     arena = Arena.from_parameters(PARAMETERS)
     assert set(PARAMETERS) == set(ARENA_PARAMETERS)
-    assert (arena.width_m, arena.regions, arena.starts) == (3.556, Arena().regions, ())
+    assert (arena.width_m, arena.regions, arena.starts) == (
+        3.556,
+        replace(Arena().regions, forbidden=((0, 2),)),
+        (),
+    )
     assert arena.landmarks_m[1] == (1.8, 0.508, 1.8288)
+    assert arena.tags == (Tag(id=3, size_m=0.2, x_m=1.0, y_m=0.0, z_m=1.3, facing_rad=1.57),)
+    assert Arena.from_parameters({**PARAMETERS, 'leds': False}).landmarks_m == ()
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,11 @@ def test_starts_along_the_border_leave_the_goal_out(tmp_path: Path) -> None:
         ('regions', None, 'regions = None: must be a mapping'),
         ('regions.x_borders_m', [3.0, 1.0], 'regions.x_knots_m = '),
         ('regions.x_borders_m', [1.0, 4.5], 'regions.x_knots_m = '),
-        ('regions.x_borders_m', [1.0], 'regions.x_borders_m = [1.0]: must be a list of 2'),
+        (
+            'regions.x_borders_m',
+            [1.0],
+            "regions.goal = 'RIGHT-SIDE/FAR': must be one of X1|X2 /",
+        ),
         ('regions.transition_width_m', -0.1, 'regions.x_knots_m = '),
         ('regions.transition_width_m', None, 'regions.transition_width_m = None: must be a fin'),
         ('regions.goal', 'MIDDLE', "regions.goal = 'MIDDLE': must be one of LEFT-SIDE"),

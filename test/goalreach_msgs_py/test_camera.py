@@ -7,6 +7,7 @@ by simulator and localizer cannot hide here.
 from dataclasses import replace
 import math
 
+import cv2
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
@@ -103,6 +104,64 @@ def test_radial_distortion_follows_brown_conrady() -> None:
     )
     # x = y = 0.5: r^2 = 0.5, factor 1 + 0.1 * 0.5 = 1.05, so 500 * 0.5 * 1.05 = 262.5.
     assert camera.project(np.array([[1.0, 1.0, 2.0]]))[0] == pytest.approx([262.5, 262.5])
+
+
+def test_an_equidistant_lens_maps_angles_to_distances() -> None:
+    camera = PinholeCamera(
+        fx_px=400.0,
+        fy_px=400.0,
+        cx_px=0.0,
+        cy_px=0.0,
+        distortion=(0.0, 0.0, 0.0, 0.0),
+        distortion_model='equidistant',
+    )
+    assert camera.is_distorted
+    pixels = camera.project(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, -1.0, 1.0]]))
+    expected = [[0.0, 0.0], [100.0 * math.pi, 0.0], [0.0, -100.0 * math.pi]]  # 45 degrees
+    assert pixels == pytest.approx(np.array(expected))
+
+
+@pytest.mark.parametrize(
+    ('model', 'terms'),
+    [
+        ('rational_polynomial', (1.2, -0.3, 0.01, -0.02, 0.05, 1.4, -0.1, 0.2)),
+        ('equidistant', (-0.02, 0.01, -0.004, 0.001)),
+    ],
+)
+def test_projections_agree_with_opencv(model: str, terms: tuple[float, ...]) -> None:
+    camera = PinholeCamera(
+        fx_px=500.0,
+        fy_px=510.0,
+        cx_px=320.0,
+        cy_px=235.0,
+        distortion=terms,
+        distortion_model=model,
+    )
+    points = np.random.default_rng(0).uniform((-1.0, -1.0, 1.0), (1.0, 1.0, 3.0), (50, 3))
+    matrix, zero = (
+        np.array([[500.0, 0.0, 320.0], [0.0, 510.0, 235.0], [0.0, 0.0, 1.0]]),
+        np.zeros(3),
+    )
+    opencv = cv2.fisheye if model == 'equidistant' else cv2
+    expected = opencv.projectPoints(points[:, None], zero, zero, matrix, np.array(terms))[0]
+    assert camera.project(points) == pytest.approx(expected[:, 0], abs=1e-6)
+    assert camera.project_point(*points[0]) == pytest.approx(expected[0, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('model', 'terms'),
+    [('plumb_bob', 4), ('rational_polynomial', 5), ('equidistant', 5), ('x', 5)],
+)
+def test_terms_must_fit_the_model(model: str, terms: int) -> None:
+    with pytest.raises(ConfigurationError, match='distortion'):
+        PinholeCamera(
+            fx_px=1.0,
+            fy_px=1.0,
+            cx_px=0.0,
+            cy_px=0.0,
+            distortion=(0.1,) * terms,
+            distortion_model=model,
+        )
 
 
 def test_tangential_distortion_follows_brown_conrady() -> None:

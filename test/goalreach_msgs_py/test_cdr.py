@@ -63,7 +63,7 @@ def test_either_byte_order_is_read(order: str) -> None:
 
 def test_a_stamp_within_a_message_is_read() -> None:
     writer = CdrWriter(1, '')
-    writer.stamp(STAMP)
+    writer.numbers('iI', *divmod(STAMP, 10**9))
     assert stamp_of(writer.raw()[:4] + writer.raw()[-8:]) == STAMP
 
 

@@ -9,18 +9,20 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Float64MultiArray, String
 
 from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.diagnostic_messages import (
     WARN,
     Status,
+    learner_from_raw,
+    learner_to_raw,
     q_table_from_raw,
     q_table_to_raw,
     state_from_raw,
     state_to_raw,
-    status_to_raw,
     statuses_from_raw,
+    statuses_to_raw,
     transition_from_raw,
     transition_to_raw,
 )
@@ -65,7 +67,7 @@ def test_statuses_survive() -> None:
     status = Status(
         level=WARN, name='a', message='b c', hardware_id='d', values={'e': 'ü', '': ''}
     )
-    raw = status_to_raw(status, STAMP)
+    raw = statuses_to_raw([status], STAMP)
     for each in by_others(raw, DiagnosticArray):
         assert statuses_from_raw(each) == [status]
     message = as_object(raw, DiagnosticArray)
@@ -137,7 +139,7 @@ def test_transition(outcome: PathOutcome | None) -> None:
 def _spoilt(key: str, value: str) -> bytes:
     (status,) = statuses_from_raw(transition_to_raw(TRANSITION, STAMP))
     values = {**status.values, key: value} if value else {'action': '1', 'state': 'FRONT/NEAR'}
-    return status_to_raw(replace(status, values=values), STAMP)
+    return statuses_to_raw([replace(status, values=values)], STAMP)
 
 
 @pytest.mark.parametrize(
@@ -195,3 +197,18 @@ def test_what_is_cut_off_is_refused(reader: Callable[[bytes], object], raw: byte
     for size in range(0, len(raw), 7):
         with pytest.raises(MessageError):
             reader(raw[:size])
+
+
+def test_a_learner_travels_as_a_text_that_others_read() -> None:
+    learner = {'name': 'planner', 'state': {'walls': [[1, 0, 3.3]]}}
+    raw = learner_to_raw(learner)
+    assert learner_from_raw(raw) == learner
+    text = String(data='{"name": "mine", "state": {}}')
+    assert serialize_message(String(data=as_object(raw, String).data)) == raw
+    assert learner_from_raw(serialize_message(text)) == {'name': 'mine', 'state': {}}
+
+
+@pytest.mark.parametrize('data', ['', '[]', '{"name": "mine"}', '{"name": 1, "state": 2}', '{'])
+def test_what_is_no_learner_is_refused(data: str) -> None:
+    with pytest.raises(MessageError):
+        learner_from_raw(serialize_message(String(data=data)))

@@ -1,5 +1,7 @@
 """The region map."""
 
+from typing import Any
+
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -60,3 +62,46 @@ def test_refuses_other_names(name: str) -> None:
 def test_refuses_knots_that_make_no_regions(knots: tuple[float, ...]) -> None:
     with pytest.raises(ConfigurationError, match='x_knots_m'):
         RegionMap(x_knots_m=knots)
+
+
+@pytest.mark.parametrize(
+    ('region', 'shape', 'name'),
+    [
+        ((1, 0), (3, 3), 'FRONT/NEAR'),
+        ((4, 6), (5, 7), 'X5/Y7'),
+        ((2, 1), (3, 2), 'RIGHT-SIDE/Y2'),
+        ((0, 0), (1, 9), 'X1/Y1'),
+    ],
+)
+def test_names_of_any_grid_are_read_again(
+    region: tuple[int, int], shape: tuple[int, int], name: str
+) -> None:
+    assert region_name(region, shape) == name
+    assert parse_region(name) == parse_region(name, shape) == region
+
+
+def test_a_name_of_another_grid_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r'X1\|X2\|X3\|X4\|X5'):
+        parse_region('FRONT/NEAR', (5, 3))
+
+
+def test_regions_and_memberships_of_five_columns_and_one_row() -> None:
+    regions = RegionMap(
+        x_knots_m=(0.0, 0.9, 1.1, 1.9, 2.1, 2.9, 3.1, 3.9, 4.1, 5.0), y_knots_m=(0.0, 2.0),
+        goal=(4, 0), actions=16,
+    )  # fmt: skip
+    assert regions.shape == (5, 1)
+    assert regions.x_borders_m == pytest.approx((0.0, 1.0, 2.0, 3.0, 4.0, 5.0))
+    assert [regions.region_at(x, 1.0)[0] for x in (-1.0, 0.5, 1.5, 3.5, 9.0)] == [0, 0, 1, 3, 4]
+    mu_x, mu_y = regions.memberships_at(2.95, 1.0)
+    assert mu_x == pytest.approx((0.0, 0.0, 0.75, 0.25, 0.0))
+    assert mu_y == (1.0,)
+    assert len(regions.cells) == 5
+
+
+@pytest.mark.parametrize(
+    'fields', [{'actions': 6}, {'x_knots_m': (0.0, 1.0, 2.0)}, {'goal': (3, 0)}]
+)
+def test_an_impossible_task_is_refused(fields: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(fields))):
+        RegionMap(**fields)

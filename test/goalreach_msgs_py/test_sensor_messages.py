@@ -1,15 +1,13 @@
 """Sensors and head to messages and back, and messages that cannot be used."""
 
-from array import array
 from collections.abc import Callable
 import math
 from typing import Any
 
 from geometry_msgs.msg import PolygonStamped
-import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, JointState, LaserScan, RegionOfInterest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.cdr import MessageError, stamp_of
@@ -19,21 +17,16 @@ from goalreach_msgs_py.sensor_messages import (
     camera_from_raw,
     camera_to_raw,
     clock_to_raw,
-    compressed_image_from_raw,
-    compressed_image_to_raw,
     head_from_raw,
     head_to_raw,
-    image_from_raw,
-    image_to_raw,
     landmarks_from_raw,
     landmarks_to_raw,
 )
+from goalreach_msgs_py.topics import HEAD_KINDS
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation
 from ros_objects import as_object, by_others, changed
 
 STAMP = 1_234_567_890_123
-PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
-IMAGE = image_to_raw(PIXELS, STAMP)
 HEAD = HeadAngles(turret_rad=0.1, pan_rad=-0.2, tilt_rad=0.3)
 JOINTS = head_to_raw(HEAD, STAMP)
 PRESSED = tuple(index in (0, 19) for index in range(20))
@@ -56,43 +49,6 @@ def test_clock() -> None:
     assert stamp_of(clock_to_raw(STAMP)) == STAMP
 
 
-def test_image() -> None:
-    message = as_object(IMAGE, Image)
-    assert (message.width, message.height, message.step, message.encoding) == (4, 3, 4, 'mono8')
-    assert message.header.frame_id == 'camera_optical_frame'
-    for raw in by_others(IMAGE, Image):
-        assert image_from_raw(raw).tolist() == PIXELS.tolist()
-
-
-def test_image_of_every_second_column() -> None:
-    assert (image_from_raw(image_to_raw(PIXELS[:, ::2], STAMP)) == PIXELS[:, ::2]).all()
-
-
-def test_image_with_padding() -> None:
-    raw = changed(IMAGE, Image, width=3)
-    assert image_from_raw(raw).tolist() == [[0, 1, 2], [4, 5, 6], [8, 9, 10]]
-
-
-def test_image_shares_the_memory_of_its_message() -> None:
-    assert not image_from_raw(IMAGE).flags.owndata
-
-
-@pytest.mark.parametrize(
-    'change', [{'encoding': 'rgb8'}, {'width': 5}, {'height': 2}, {'step': 3}, {'width': 0}]
-)
-def test_image_that_does_not_fit_is_refused(change: dict[str, Any]) -> None:
-    with pytest.raises(MessageError, match=r'encoding|do not fit'):
-        image_from_raw(changed(IMAGE, Image, **change))
-
-
-def test_compressed_image() -> None:
-    raw = compressed_image_to_raw(b'\xff\xd8jpeg', STAMP)
-    message = as_object(raw, CompressedImage)
-    assert (message.format, message.data) == ('jpeg', array('B', b'\xff\xd8jpeg'))
-    for each in by_others(raw, CompressedImage):
-        assert compressed_image_from_raw(each) == b'\xff\xd8jpeg'
-
-
 def test_camera() -> None:
     message = as_object(CAMERA, CameraInfo)
     assert message.k.tolist() == [500, 0, 160, 0, 510, 100, 0, 0, 1]
@@ -104,6 +60,45 @@ def test_camera() -> None:
 
 def test_camera_without_distortion() -> None:
     assert camera_from_raw(changed(CAMERA, CameraInfo, d=[])).distortion == (0.0,) * 5
+
+
+@pytest.mark.parametrize(
+    ('sent', 'terms', 'model', 'expected'),
+    [
+        ('plumb_bob', (0.1, 0.2, 0.3, 0.4), 'plumb_bob', (0.1, 0.2, 0.3, 0.4, 0.0)),
+        ('', (0.1, 0.2, 0.3, 0.4, 0.5), 'plumb_bob', (0.1, 0.2, 0.3, 0.4, 0.5)),
+        ('rational_polynomial', (0.1,) * 8, 'rational_polynomial', (0.1,) * 8),
+        ('plumb_bob', (0.1,) * 8, 'rational_polynomial', (0.1,) * 8),
+        ('rational_polynomial', (0.1,) * 8 + (0.0,) * 6, 'rational_polynomial', (0.1,) * 8),
+        ('equidistant', (0.1, 0.2, 0.3, 0.4), 'equidistant', (0.1, 0.2, 0.3, 0.4)),
+        ('fisheye', (0.0,) * 4, 'equidistant', (0.0,) * 4),
+        ('of nobody', (0.0,) * 5, 'plumb_bob', (0.0,) * 5),
+    ],
+)
+def test_lenses_of_every_model(
+    sent: str, terms: tuple[float, ...], model: str, expected: tuple[float, ...]
+) -> None:
+    camera = camera_from_raw(changed(CAMERA, CameraInfo, distortion_model=sent, d=terms))
+    assert (camera.distortion_model, camera.distortion) == (model, expected)
+    assert camera_from_raw(camera_to_raw(camera, STAMP)) == camera
+
+
+@pytest.mark.parametrize(
+    ('model', 'terms'), [('equidistant', 5), ('rational_polynomial', 12), ('of nobody', 5)]
+)
+def test_lenses_of_unknown_models_are_refused(model: str, terms: int) -> None:
+    with pytest.raises(MessageError, match='distortion'):
+        camera_from_raw(changed(CAMERA, CameraInfo, distortion_model=model, d=(0.1,) * terms))
+
+
+def test_binning_and_region_of_interest() -> None:
+    # Columns 40 to 239, two by two: the centre of column 160 is 120 to the right of that of
+    # column 40, which is a quarter of the new pixel left of the centre of the first.
+    roi = RegionOfInterest(x_offset=40, y_offset=8, width=200, height=160)
+    camera = camera_from_raw(changed(CAMERA, CameraInfo, roi=roi, binning_x=2, binning_y=4))
+    assert (camera.width_px, camera.height_px) == (100, 40)
+    assert (camera.fx_px, camera.fy_px) == (250.0, 127.5)
+    assert (camera.cx_px, camera.cy_px) == (59.75, 22.625)
 
 
 @pytest.mark.parametrize('k0', [0.0, -1.0, math.nan])
@@ -146,7 +141,24 @@ def test_bumpers_are_ranges_at_the_body_radius() -> None:
         assert bumpers_from_raw(raw) == PRESSED
 
 
-@pytest.mark.parametrize('ranges', [[], [1.0] * 19, [math.nan] * 20])
+@pytest.mark.parametrize('rays', [1, 6, 360])
+def test_bumpers_of_any_number(rays: int) -> None:
+    ranges = [0.2 if ray == rays - 1 else math.inf for ray in range(rays)]
+    pressed = bumpers_from_raw(changed(BUMPERS, LaserScan, ranges=ranges))
+    assert pressed == (*(False,) * (rays - 1), True)
+
+
+def test_joints_that_a_head_lacks_are_at_zero() -> None:
+    names = ['left_wheel_joint', 'tilt_joint', 'pan_joint']
+    raw = changed(JOINTS, JointState, name=names, position=[9.0, 0.3, -0.2])
+    head = head_from_raw(raw, HEAD_KINDS['pan_tilt'])
+    assert head == HeadAngles(turret_rad=0.0, pan_rad=-0.2, tilt_rad=0.3)
+    assert head_from_raw(raw, HEAD_KINDS['pan']).tilt_rad == 0.0
+    command = as_object(head_to_raw(HEAD, STAMP, joints=HEAD_KINDS['pan_tilt']), JointState)
+    assert (command.name, command.position.tolist()) == (['pan_joint', 'tilt_joint'], [-0.2, 0.3])
+
+
+@pytest.mark.parametrize('ranges', [[], [math.nan] * 20])
 def test_bumpers_of_another_kind_are_refused(ranges: list[float]) -> None:
     with pytest.raises(MessageError, match='ranges'):
         bumpers_from_raw(changed(BUMPERS, LaserScan, ranges=ranges))
@@ -165,11 +177,9 @@ def test_landmarks_not_seen_are_nan() -> None:
 @pytest.mark.parametrize(
     ('reader', 'raw'),
     [
-        (image_from_raw, IMAGE),
         (camera_from_raw, CAMERA),
         (head_from_raw, JOINTS),
         (bumpers_from_raw, BUMPERS),
-        (compressed_image_from_raw, compressed_image_to_raw(bytes(20), STAMP)),
         (landmarks_from_raw, landmarks_to_raw([None] * 3, STAMP)),
     ],
 )

@@ -2,15 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import itertools
 import math
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import RegionConfig, RegionMap, region_name
+from goalreach_msgs_py.obstacles import Obstacle, obstacles_from_flat
+from goalreach_msgs_py.parameters import Configuration, parameter
+from goalreach_msgs_py.regions import RegionConfig, RegionMap
+from goalreach_msgs_py.tags import FAMILIES, Tag, check_tags, tags_from_flat, tags_to_flat
 from goalreach_msgs_py.values import FloatArray, Pose2
 
 WIDTH_M = 3.556
@@ -51,12 +54,12 @@ def paper_starts(
 
     The paper has "22 different points at the borders of the environment" and no coordinates.
     Here they are spaced evenly along the rectangle 0.1 m inside the free floor, counter-clockwise
-    from the goal wall, without the part inside the goal region.
+    from the goal wall, without the parts inside the goal and forbidden regions.
 
     Args:
         width_m: Arena size along x.
         length_m: Arena size along y.
-        regions: The region map whose goal is excluded; the default map if None.
+        regions: The region map whose `ends` are excluded; the default map if None.
         count: Number of poses; 22 in the paper.
     """
     regions = regions or RegionMap()
@@ -68,8 +71,10 @@ def paper_starts(
     along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners, axis=0)).sum(axis=1))])
     steps = np.linspace(0.0, along[-1], _BORDER_SAMPLES, endpoint=False)
     points = np.stack([np.interp(steps, along, corners[:, k]) for k in (0, 1)], axis=1)
-    outside = np.array([regions.region_at(x, y) != regions.goal for x, y in points])
-    points = np.roll(points, -_end_of_gap(outside), axis=0)[: int(outside.sum())]
+    outside = np.array([regions.region_at(x, y) not in regions.ends for x, y in points])
+    rising = np.flatnonzero(outside & ~np.roll(outside, 1))
+    begin = -int(rising[-1]) if len(rising) else 0  # after the goal region, if a wall has it
+    points = np.roll(points, begin, axis=0)[np.roll(outside, begin)]
     chosen = points[((np.arange(count) + 0.5) * len(points) / count).astype(int)]
     return tuple(
         Pose2(x_m=float(x), y_m=float(y), heading_rad=FACING_GOAL_WALL_RAD)
@@ -92,23 +97,6 @@ def check_size(name: str, size_m: float) -> None:
         raise ConfigurationError(name, size_m, allowed)
 
 
-def _end_of_gap(outside: NDArray[np.bool_]) -> int:
-    """Return the index of the first sample after the goal region; 0 where none is inside it."""
-    rising = np.flatnonzero(outside & ~np.roll(outside, 1))
-    return int(rising[-1]) if len(rising) else 0
-
-
-ARENA_PARAMETERS: Final = (
-    'arena_width_m',
-    'arena_length_m',
-    'landmarks_m',
-    'x_knots_m',
-    'y_knots_m',
-    'goal_region',
-)
-"""Parameters of `nomad200` that describe its arena."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Arena:
     """A closed rectangular floor with LEDs, regions and starting poses.
@@ -116,10 +104,14 @@ class Arena:
     Attributes:
         width_m: Size along x; the walls are x = 0 and x = width.
         length_m: Size along y; the goal wall is y = 0.
-        landmarks_m: (x, y, z) of each LED in `map`.
+        landmarks_m: (x, y, z) of each LED in `map`; may be empty where there are tags.
         regions: The region map; its outer knots are the walls.
         starts: Poses from which paths begin.
+        obstacles: Obstacles, at the start of their tracks.
+        sonar: Whether the robot has its sonar even without obstacles.
         name: Name for people.
+        tags: AprilTags.
+        tag_family: Their family.
 
     Raises:
         ConfigurationError: A field is impossible or contradicts another; the line names it.
@@ -130,17 +122,25 @@ class Arena:
     landmarks_m: tuple[tuple[float, ...], ...] = DEFAULT_LANDMARKS_M
     regions: RegionMap = field(default_factory=RegionMap)
     starts: tuple[Pose2, ...] = field(default_factory=paper_starts)
+    obstacles: tuple[Obstacle, ...] = ()
+    sonar: bool = False
     name: str = 'paper'
+    tags: tuple[Tag, ...] = ()
+    tag_family: str = '36h11'
 
     def __post_init__(self) -> None:
         for name in ('width_m', 'length_m'):
             check_size(name, getattr(self, name))
+        check_tags(self.tags, self.tag_family)
         self._check_landmarks()
         self._check_regions()
         for index, start in enumerate(self.starts):
             if not self.is_free(start.x_m, start.y_m):
                 point = (start.x_m, start.y_m)
                 raise ConfigurationError(f'starts[{index}]', point, 'on the free floor')
+            if (region := self.regions.region_at(start.x_m, start.y_m)) in self.regions.forbidden:
+                name = self.regions.name(region)
+                raise ConfigurationError(f'starts[{index}]', name, 'no forbidden region')
             if not math.isfinite(start.heading_rad):
                 raise ConfigurationError(
                     f'starts[{index}].heading_rad', start.heading_rad, 'finite'
@@ -157,11 +157,12 @@ class Arena:
             ConfigurationError: A parameter is missing, or they do not fit one another.
         """
         try:
-            leds = iter(values['landmarks_m'])
+            leds = iter(values['landmarks_m'] if values.get('leds', True) else ())
             regions = RegionConfig(
                 x_knots_m=tuple(values['x_knots_m']),
                 y_knots_m=tuple(values['y_knots_m']),
                 goal_region=values['goal_region'],
+                **{name: values.get(name) or '' for name in ARENA_PARAMETERS[-2:]},
             )
             return cls(
                 width_m=values['arena_width_m'],
@@ -169,24 +170,30 @@ class Arena:
                 landmarks_m=tuple(zip(leds, leds, leds, strict=True)),
                 regions=regions.region_map,
                 starts=(),
+                obstacles=obstacles_from_flat(values.get('obstacles') or ()),
+                tags=tags_from_flat(values.get('tags') or ()),
+                tag_family=values.get('tag_family') or '36h11',
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ConfigurationError('arena', error, 'described by all its parameters') from None
 
     def _check_landmarks(self) -> None:
-        if len(self.landmarks_m) < _MINIMUM_LANDMARKS:
+        if len(self.landmarks_m) < _MINIMUM_LANDMARKS and not self.tags:
             raise ConfigurationError('landmarks_m', self.landmarks_m, 'at least three LEDs')
         for index, led in enumerate(self.landmarks_m):
-            inside = len(led) == 3 and (  # noqa: PLR2004 - x, y, z
-                0 <= led[0] <= self.width_m
-                and 0 <= led[1] <= self.length_m
-                and 0 < led[2] <= _LARGEST_M
-            )
-            if not inside:
+            if not self._holds(led):
                 raise ConfigurationError(f'landmarks_m[{index}]', led, 'x, y, z in the arena')
+        for index, tag in enumerate(self.tags):
+            if not self._holds(place := (tag.x_m, tag.y_m, tag.z_m)):
+                raise ConfigurationError(f'tags[{index}]', place, 'x, y, z in the arena')
         for index, led in enumerate(self.landmarks_m):
             if led in self.landmarks_m[:index]:
                 raise ConfigurationError(f'landmarks_m[{index}]', led, 'apart from the others')
+
+    def _holds(self, place: tuple[float, ...]) -> bool:
+        most = (self.width_m, self.length_m, _LARGEST_M)
+        inside = [0.0 <= at <= end for at, end in zip(place, most, strict=False)]
+        return len(place) == len(most) and all(inside) and place[-1] > 0.0
 
     def _check_regions(self) -> None:
         outer = (
@@ -200,17 +207,79 @@ class Arena:
         low = BODY_RADIUS_M
         right, far = self.width_m - low, self.length_m - low
         if max(x_low, low) >= min(x_high, right) or max(y_low, low) >= min(y_high, far):
-            name = region_name(self.regions.goal)
+            name = self.regions.name(self.regions.goal)
             raise ConfigurationError('goal', name, 'a region that the robot can enter')
 
     def is_free(self, x_m: float, y_m: float, *, body_radius_m: float = BODY_RADIUS_M) -> bool:
-        """Return whether a robot centred there touches no wall."""
+        """Return whether a robot centred there touches no wall, and no obstacle at its start."""
         return (
             body_radius_m <= x_m <= self.width_m - body_radius_m
             and body_radius_m <= y_m <= self.length_m - body_radius_m
+            and all(one.contact(x_m, y_m)[0] >= body_radius_m for one in self.obstacles)
         )
 
     @property
     def landmark_array_m(self) -> FloatArray:
         """The LEDs as an (n, 3) array, metres in `map`."""
         return np.array(self.landmarks_m, dtype=np.float64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArenaConfig(Configuration):
+    """Walls and landmarks of an arena as parameters."""
+
+    arena_width_m: float = parameter(
+        WIDTH_M, 'Arena size along x, m; the paper: 140 in', within=(0.5, 100.0)
+    )
+    arena_length_m: float = parameter(
+        LENGTH_M, 'Arena size along y, m; the paper: 200 in', within=(0.5, 100.0)
+    )
+    landmarks_m: tuple[float, ...] = parameter(
+        tuple(itertools.chain.from_iterable(DEFAULT_LANDMARKS_M)),
+        'Surveyed positions of the LEDs in `map`, m: x, y, z of each in turn',
+        within=(-100.0, 100.0),
+    )
+    leds: bool = parameter(True, 'Whether there are LEDs; off where tags are the only landmarks')
+    tags: tuple[float, ...] = parameter(
+        (),
+        'AprilTags: number, side of the black square (m), centre in `map` (x, y, z, m) and '
+        'direction in which it faces (rad) of each',
+        within=(-1e4, 1e4),
+    )
+    tag_family: str = parameter('36h11', 'Family of the tags', choices=tuple(FAMILIES))
+
+    def __post_init__(self) -> None:
+        """Check every field, the tags, and that the coordinates are triples."""
+        super().__post_init__()
+        check_tags(self.tag_list, self.tag_family)
+        if len(self.landmarks_m) % 3:
+            raise ConfigurationError('landmarks_m', self.landmarks_m, 'x, y, z of each LED')
+
+    @staticmethod
+    def of_arena(arena: Arena) -> dict[str, Any]:
+        """Return the values of these parameters for an arena."""
+        return {
+            'arena_width_m': arena.width_m,
+            'arena_length_m': arena.length_m,
+            'landmarks_m': tuple(itertools.chain.from_iterable(arena.landmarks_m)),
+            'leds': bool(arena.landmarks_m),
+            'tags': tags_to_flat(arena.tags),
+            'tag_family': arena.tag_family,
+        }
+
+    @property
+    def tag_list(self) -> tuple[Tag, ...]:
+        """The tags."""
+        return tags_from_flat(self.tags)
+
+    @property
+    def landmark_array_m(self) -> FloatArray:
+        """The surveyed LEDs, (n, 3), metres in `map`."""
+        return np.array(self.landmarks_m if self.leds else (), dtype=np.float64).reshape(-1, 3)
+
+
+ARENA_PARAMETERS: Final = (
+    *ArenaConfig.__dataclass_fields__,
+    *('x_knots_m', 'y_knots_m', 'goal_region', 'obstacles', 'forbidden_regions', 'labels'),
+)
+"""Parameters of `nomad200` that describe its arena."""

@@ -5,8 +5,9 @@ optical centre is on the robot's vertical axis, so turning the head never moves 
 """
 
 from dataclasses import dataclass
+import functools
 import math
-from typing import TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -19,6 +20,14 @@ _MINIMUM_PX, _MAXIMUM_PX = 0.01, 1e7
 """Range of sizes and focal lengths. Chosen to include every camera."""
 _MAXIMUM_DISTORTION = 1e3
 """Largest distortion term. Chosen to include every lens."""
+
+PLUMB_BOB: Final = 'plumb_bob'
+RATIONAL: Final = 'rational_polynomial'
+EQUIDISTANT: Final = 'equidistant'
+DISTORTION_TERMS: Final = {PLUMB_BOB: 5, RATIONAL: 8, EQUIDISTANT: 4}
+"""Number of terms of each distortion model (sensor_msgs, distortion_models.hpp)."""
+_ON_AXIS = 1e-12
+"""Added to the tangent of an angle, so that a point on the axis divides by no zero."""
 
 _Number = TypeVar('_Number', float, FloatArray)
 
@@ -34,7 +43,11 @@ class PinholeCamera:
         fy_px: Focal length along v.
         cx_px: Principal point, u.
         cy_px: Principal point, v.
-        distortion: Brown-Conrady k1, k2, p1, p2, k3 ("plumb_bob"); all zero for an ideal lens.
+        distortion: The terms of the model; all zero of the first two for an ideal lens.
+        distortion_model: 'plumb_bob' (Brown-Conrady k1, k2, p1, p2, k3), 'rational_polynomial'
+            (k1, k2, p1, p2, k3, k4, k5, k6, the last three in the denominator) or 'equidistant'
+            (k1, k2, k3, k4 of Kannala and Brandt, "A generic camera model and calibration method
+            for conventional, wide-angle, and fish-eye lenses", PAMI 2006).
     """
 
     width_px: int = 640
@@ -43,7 +56,8 @@ class PinholeCamera:
     fy_px: float
     cx_px: float
     cy_px: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion_model: str = PLUMB_BOB
 
     def __post_init__(self) -> None:
         for name in ('width_px', 'height_px', 'fx_px', 'fy_px'):
@@ -54,6 +68,13 @@ class PinholeCamera:
         for name in ('cx_px', 'cy_px'):
             if not abs(getattr(self, name)) <= _MAXIMUM_PX:
                 raise ConfigurationError(name, getattr(self, name), 'a finite number of pixels')
+        terms = DISTORTION_TERMS.get(self.distortion_model)
+        if terms is None:
+            allowed = 'one of ' + ', '.join(DISTORTION_TERMS)
+            raise ConfigurationError('distortion_model', self.distortion_model, allowed)
+        if len(self.distortion) != terms:
+            allowed = f'{terms} numbers for {self.distortion_model}'
+            raise ConfigurationError('distortion', self.distortion, allowed)
         if not all(abs(term) <= _MAXIMUM_DISTORTION for term in self.distortion):
             raise ConfigurationError('distortion', self.distortion, 'finite numbers')
 
@@ -78,6 +99,11 @@ class PinholeCamera:
             cy_px=(height_px - 1) / 2.0,
         )
 
+    @functools.cached_property
+    def is_distorted(self) -> bool:
+        """Whether the lens differs from a pinhole; without terms, an equidistant one does."""
+        return self.distortion_model == EQUIDISTANT or any(self.distortion)
+
     def project(self, points_m: FloatArray) -> FloatArray:
         """Return the pixels of points given in the optical frame.
 
@@ -91,8 +117,8 @@ class PinholeCamera:
         with np.errstate(divide='ignore', invalid='ignore'):
             x = np.where(depth_m > _NEAREST_M, points_m[:, 0] / depth_m, np.nan)
             y = points_m[:, 1] / depth_m
-        if any(self.distortion):
-            x, y = self._distort(x, y)
+        if self.is_distorted:
+            x, y = self.distort(x, y)
         pixels = np.empty((len(points_m), 2))
         pixels[:, 0] = self.cx_px + self.fx_px * x
         pixels[:, 1] = np.where(np.isnan(x), np.nan, self.cy_px + self.fy_px * y)
@@ -112,14 +138,25 @@ class PinholeCamera:
         if not z_m > _NEAREST_M:
             return math.nan, math.nan
         x, y = x_m / z_m, y_m / z_m
-        if any(self.distortion):
-            x, y = self._distort(x, y)
+        if self.is_distorted:
+            x, y = self.distort(x, y)
         return self.cx_px + self.fx_px * x, self.cy_px + self.fy_px * y
 
-    def _distort(self, x: _Number, y: _Number) -> tuple[_Number, _Number]:
-        k1, k2, p1, p2, k3 = self.distortion
+    def distort(self, x: _Number, y: _Number) -> tuple[_Number, _Number]:
+        """Return where a distorted lens puts a ray (x, y, 1), in focal lengths from its axis."""
         r2 = x * x + y * y
+        if self.distortion_model == EQUIDISTANT:
+            k1, k2, k3, k4 = self.distortion
+            tangent: Any = np.sqrt(r2) + _ON_AXIS
+            angle = np.arctan(tangent)
+            a2 = angle * angle
+            scale = angle / tangent * (1.0 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))
+            return x * scale, y * scale
+        k1, k2, p1, p2, k3, *denominator = self.distortion
         radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        if denominator:
+            k4, k5, k6 = denominator
+            radial = radial / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)))
         return (
             x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
             y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,

@@ -95,10 +95,6 @@ class CdrWriter:
             raw += _PADDING[len(raw) % 4]
             raw += _encode(text)
 
-    def stamp(self, stamp_ns: int) -> None:
-        """Append a stamp."""
-        self.numbers('iI', *divmod(stamp_ns, _NS_PER_S))
-
     def raw(self, data: bytes | memoryview = b'') -> bytes:
         """Return the message, with bytes appended to it as they are."""
         return b''.join((self._raw, data))

@@ -1,21 +1,23 @@
-"""What travels as diagnostics: any status, the region state, a finished action; and the Q-table.
+"""Messages of type DiagnosticArray (status, region state, finished action); Q-table and learner.
 
 diagnostic_msgs carry names and texts, so that a stock `ros2 topic echo` shows states and actions
 in the paper's words. A number is written as the shortest decimal that gives the same float. See
 `pose_messages` for the conventions.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+import json
 import math
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from goalreach_msgs_py.cdr import CdrReader, CdrWriter, MessageError
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.pose_messages import require_finite
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, parse_region, region_name
+from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, labels, parse_region, region_name
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, MAP_FRAME
 from goalreach_msgs_py.values import (
     Confidence,
@@ -35,8 +37,6 @@ _LEVELS = {Confidence.OK: OK, Confidence.UNCERTAIN: WARN, Confidence.STALE: STAL
 _CONFIDENCES = {level: confidence for confidence, level in _LEVELS.items()}
 _STATE_NAME = 'region_state'
 _TRANSITION_NAME = 'transition'
-_MEMBERSHIPS = (*(f'mu_x.{x}' for x in X_LABELS), *(f'mu_y.{y}' for y in Y_LABELS))
-_STATE_KEYS = (*_MEMBERSHIPS, 'x_m', 'y_m', 'heading_rad', 'goal_probability')
 _Q_LABELS = ('x', 'y', 'action')
 
 
@@ -59,15 +59,24 @@ class Status:
     values: Mapping[str, str]
 
 
-def status_to_raw(status: Status, stamp_ns: int, frame_id: str = '') -> bytes:
-    """Return a status as diagnostic_msgs/DiagnosticArray."""
+@lru_cache
+def _state_keys(columns: int, rows: int) -> tuple[str, ...]:
+    """Return the keys of a state's values in their order."""
+    mu_x = (f'mu_x.{label}' for label in labels(X_LABELS, 'X', columns))
+    mu_y = (f'mu_y.{label}' for label in labels(Y_LABELS, 'Y', rows))
+    return (*mu_x, *mu_y, 'x_m', 'y_m', 'heading_rad', 'goal_probability')
+
+
+def statuses_to_raw(statuses: Sequence[Status], stamp_ns: int, frame_id: str = '') -> bytes:
+    """Return statuses as diagnostic_msgs/DiagnosticArray."""
     writer = CdrWriter(stamp_ns, frame_id)
-    writer.numbers('I', 1)
-    writer.numbers('B', status.level)
-    writer.text(status.name, status.message, status.hardware_id)
-    writer.numbers('I', len(status.values))
-    for pair in status.values.items():
-        writer.text(*pair)
+    writer.numbers('I', len(statuses))
+    for status in statuses:
+        writer.numbers('B', status.level)
+        writer.text(status.name, status.message, status.hardware_id)
+        writer.numbers('I', len(status.values))
+        for pair in status.values.items():
+            writer.text(*pair)
     return writer.raw()
 
 
@@ -97,19 +106,20 @@ def _status(raw: bytes, name: str) -> Status:
     raise MessageError(f'status without the name {name}')
 
 
-def state_to_raw(state: RegionState, stamp_ns: int) -> bytes:
+def state_to_raw(state: RegionState, stamp_ns: int, prefix: str = '') -> bytes:
     """Return a region state as diagnostic_msgs/DiagnosticArray with one status."""
     pose = state.pose
     place = (pose.x_m, pose.y_m, pose.heading_rad)
     numbers = (*state.mu_x, *state.mu_y, *place, state.goal_probability)
+    shape = len(state.mu_x), len(state.mu_y)
     status = Status(
         level=_LEVELS[state.confidence],
         name=_STATE_NAME,
-        message=region_name(state.region),
+        message=region_name(state.region, shape),
         hardware_id=ESTIMATOR,
-        values=dict(zip(_STATE_KEYS, (repr(float(n)) for n in numbers), strict=True)),
+        values=dict(zip(_state_keys(*shape), (repr(float(n)) for n in numbers), strict=True)),
     )
-    return status_to_raw(status, stamp_ns, MAP_FRAME)
+    return statuses_to_raw([status], stamp_ns, prefix + MAP_FRAME)
 
 
 def state_from_raw(raw: bytes) -> RegionState:
@@ -121,16 +131,17 @@ def state_from_raw(raw: bytes) -> RegionState:
     status = _status(raw, _STATE_NAME)
     if status.level not in _CONFIDENCES:
         raise MessageError(f'level = {status.level}: must be OK, WARN or STALE')
-    numbers = [_number(status.values, key) for key in _STATE_KEYS]
-    left, front, right, near, medium, far, x_m, y_m, heading_rad, goal_probability = numbers
+    columns, rows = (sum(key.startswith(mu) for key in status.values) for mu in ('mu_x', 'mu_y'))
+    numbers = [_number(status.values, key) for key in _state_keys(columns, rows)]
+    x_m, y_m, heading_rad, goal_probability = numbers[columns + rows :]
     try:
         region = parse_region(status.message)
     except ConfigurationError as error:
         raise MessageError(str(error)) from None
     return RegionState(
         region=region,
-        mu_x=(left, front, right),
-        mu_y=(near, medium, far),
+        mu_x=tuple(numbers[:columns]),
+        mu_y=tuple(numbers[columns : columns + rows]),
         pose=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad),
         goal_probability=goal_probability,
         confidence=_CONFIDENCES[status.level],
@@ -146,9 +157,18 @@ def _number(values: Mapping[str, str], key: str) -> float:
         raise MessageError(f'{key} = {values[key]!r}: must be a number') from None
 
 
-def transition_to_raw(transition: Transition, stamp_ns: int) -> bytes:
-    """Return a finished action as diagnostic_msgs/DiagnosticArray with one status."""
-    state, next_state = region_name(transition.state), region_name(transition.next_state)
+def transition_to_raw(
+    transition: Transition, stamp_ns: int, shape: tuple[int, int] = (3, 3)
+) -> bytes:
+    """Return a finished action as diagnostic_msgs/DiagnosticArray with one status.
+
+    Args:
+        transition: The action.
+        stamp_ns: Stamp, nanoseconds.
+        shape: Numbers of columns and rows, for the names of the regions.
+    """
+    state = region_name(transition.state, shape)
+    next_state = region_name(transition.next_state, shape)
     status = Status(
         name=_TRANSITION_NAME,
         message=f'{state} -> {next_state}',
@@ -164,7 +184,7 @@ def transition_to_raw(transition: Transition, stamp_ns: int) -> bytes:
             'outcome': '' if transition.outcome is None else transition.outcome.value,
         },
     )
-    return status_to_raw(status, stamp_ns)
+    return statuses_to_raw([status], stamp_ns)
 
 
 def transition_from_raw(raw: bytes) -> Transition:
@@ -202,6 +222,26 @@ def q_table_to_raw(q: FloatArray) -> bytes:
     writer.numbers('I', q.size)
     writer.numbers(f'{q.size}d', *q.ravel().tolist())
     return writer.raw()
+
+
+def learner_to_raw(learner: Mapping[str, Any]) -> bytes:
+    """Return name and state of a learner as std_msgs/String, in JSON."""
+    writer = CdrWriter()
+    writer.text(json.dumps(learner, default=repr))
+    return writer.raw()
+
+
+def learner_from_raw(raw: bytes) -> Mapping[str, Any]:
+    """Return name and state of a learner of a std_msgs/String.
+
+    Raises:
+        MessageError: It is no JSON object with both.
+    """
+    try:
+        learner = json.loads(CdrReader(raw, has_header=False).text())
+        return {'name': str(learner['name']), 'state': dict(learner['state'])}
+    except (ValueError, TypeError, KeyError) as error:
+        raise MessageError(f'no learner: {error!r}') from None
 
 
 def q_table_from_raw(raw: bytes) -> FloatArray:

@@ -1,12 +1,7 @@
-"""The inputs of a node: joining messages of several topics by stamp, and detecting bad inputs.
+"""Detecting inputs of a node that are silent, lost, late or out of order."""
 
-DDS does not preserve order between topics, so a node acts on a stamp once all its inputs of that
-stamp have arrived.
-"""
-
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 _NS_PER_S = 1e9
 _STALLED_S = 0.5
@@ -18,75 +13,13 @@ _APART_NS = 300_000_000
 _RECENT_S = 0.2
 """Stamps are compared with inputs received this recently only: a silent one
 is reported as such. Chosen."""
-_ABSENT_S = 5.0
-"""An input that has not come for this long after another did is reported: longer than discovery
-takes. Chosen."""
+_ABSENT_S = 2.0
+"""An input that has not come for this long, after another did or since the start, is reported:
+longer than discovery usually takes. Chosen."""
+ABSENT_KINDS = ('absent', 'waiting')
+"""Kinds of problems of inputs that never came: while others did, and before any did."""
 _REPORTED_LOSSES = 3
 """Fewer lost messages are not reported. Chosen."""
-
-
-class StampSynchronizer:
-    """Collects values by stamp and returns each complete set once.
-
-    Args:
-        names: The inputs that make a set.
-        depth: How many incomplete stamps are kept; the one that came first is dropped first, so
-            that a stamp from the future does not stay for long.
-
-    >>> inputs = StampSynchronizer(['image', 'odom'])
-    >>> inputs.add('image', 5, 'I')
-    >>> inputs.add('odom', 5, 'O')
-    {'image': 'I', 'odom': 'O'}
-
-    Attributes:
-        missing: How often each input was missing from a stamp that was dropped, since the first
-            complete set.
-    """
-
-    def __init__(self, names: Sequence[str], *, depth: int = 16) -> None:
-        self._names = tuple(names)
-        self._depth = depth
-        self._pending: dict[int, dict[str, Any]] = {}
-        self._last_stamp_ns: int | None = None
-        self.missing = dict.fromkeys(self._names, 0)
-
-    def add(self, name: str, stamp_ns: int, value: object) -> Mapping[str, Any] | None:
-        """Add one input; return the set when it is complete.
-
-        Args:
-            name: One of the names given at construction.
-            stamp_ns: Stamp of the value, nanoseconds.
-            value: The value.
-
-        Returns:
-            The complete set by name, or None. A stamp older than the last complete set is
-            dropped; the stamp of the last complete set itself may be completed again (a sender
-            that repeats itself, asking for the answer once more).
-
-        Raises:
-            KeyError: The name is not an input of this synchronizer.
-        """
-        if name not in self._names:
-            raise KeyError(name)
-        if self._last_stamp_ns is not None and stamp_ns < self._last_stamp_ns:
-            return None
-        collected = self._pending.setdefault(stamp_ns, {})
-        collected[name] = value
-        if len(collected) == len(self._names):
-            del self._pending[stamp_ns]
-            for older_ns in [s for s in self._pending if s < stamp_ns]:
-                self._drop(older_ns)
-            self._last_stamp_ns = stamp_ns
-            return collected
-        if len(self._pending) > self._depth:
-            self._drop(next(iter(self._pending)))
-        return None
-
-    def _drop(self, stamp_ns: int) -> None:
-        collected = self._pending.pop(stamp_ns)
-        if self._last_stamp_ns is not None:
-            for name in self._names:
-                self.missing[name] += name not in collected
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +28,7 @@ class InputProblem:
 
     Attributes:
         topic: The input, or an empty text for the node itself.
-        kind: 'silent', 'apart', 'lost', 'duplicate', 'order' or 'stalled'.
+        kind: 'silent', 'apart', 'lost', 'duplicate', 'order', 'stalled', 'absent' or 'waiting'.
         text: One line for people, without the topic.
     """
 
@@ -106,7 +39,7 @@ class InputProblem:
     @property
     def is_harmless(self) -> bool:
         """Whether nodes handle it without a loss."""
-        return self.kind in {'duplicate', 'order'}
+        return self.kind in {'duplicate', 'order', 'waiting'}
 
 
 @dataclass
@@ -125,13 +58,14 @@ class InputMonitor:
 
     Args:
         required: The inputs that are reported when they never come.
+        held: Inputs of which one message is enough: these may fall silent.
     """
 
-    def __init__(self, required: Iterable[str] = ()) -> None:
-        self._required = tuple(required)
+    def __init__(self, required: Iterable[str] = (), held: Iterable[str] = ()) -> None:
+        self._required, self._held = tuple(required), tuple(held)
         self._inputs: dict[str, _Input] = {}
         self._checked_s: float | None = None
-        self._first_s: float | None = None
+        self._began_s: float | None = None
 
     def received(self, topic: str, stamp_ns: int, now_s: float) -> InputProblem | None:
         """Record a message; return what is wrong with it, or None.
@@ -143,8 +77,8 @@ class InputMonitor:
         """
         last = self._inputs.get(topic)
         if last is None:
+            self._began_s = self._began_s if self._inputs else now_s
             self._inputs[topic] = _Input(stamp_ns, now_s)
-            self._first_s = now_s if self._first_s is None else self._first_s
             return None
         before_ns, last.stamp_ns, last.received_s = last.stamp_ns, stamp_ns, now_s
         problem = self._find_apart(topic, stamp_ns, now_s)
@@ -175,20 +109,27 @@ class InputMonitor:
         """
         stalled_s = 0.0 if self._checked_s is None else now_s - self._checked_s
         self._checked_s = now_s
+        self._began_s = now_s if self._began_s is None else self._began_s
         if stalled_s > _STALLED_S:
             for last in self._inputs.values():
                 last.received_s = now_s
             return [InputProblem(topic='', kind='stalled', text=f'stalled for {stalled_s:.2f} s')]
-        return [*self._find_silent(now_s), *self._find_lost(missing or {})]
+        lost = self._find_lost(missing or {})
+        return [*self._find_absent(now_s - self._began_s), *self._find_silent(now_s), *lost]
+
+    def _find_absent(self, age_s: float) -> list[InputProblem]:
+        absent = [topic for topic in self._required if topic not in self._inputs]
+        if age_s <= _ABSENT_S:
+            return []
+        kind, text = ABSENT_KINDS[not self._inputs], f'never came in {age_s:.0f} s'
+        return [InputProblem(topic=topic, kind=kind, text=text) for topic in absent]
 
     def _find_silent(self, now_s: float) -> list[InputProblem]:
         ages_s = {topic: now_s - last.received_s for topic, last in self._inputs.items()}
         if not any(age_s <= 0.5 * _SILENT_S for age_s in ages_s.values()):
             return []
         silent = {topic: age_s for topic, age_s in ages_s.items() if age_s > _SILENT_S}
-        if self._first_s is not None and now_s - self._first_s > _ABSENT_S:
-            absent = (topic for topic in self._required if topic not in self._inputs)
-            silent |= dict.fromkeys(absent, now_s - self._first_s)
+        silent = {topic: age_s for topic, age_s in silent.items() if topic not in self._held}
         return [
             InputProblem(topic=topic, kind='silent', text=f'nothing for {age_s:.1f} s')
             for topic, age_s in silent.items()

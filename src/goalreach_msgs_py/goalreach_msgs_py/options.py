@@ -14,7 +14,7 @@ import typing
 from typing import Any, Final, TypeVar, cast
 
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import ParameterInfo, check_number
+from goalreach_msgs_py.parameters import KINDS, ParameterInfo, check_value
 
 OptionsT = TypeVar('OptionsT')
 REQUIRED: Final = MISSING
@@ -22,7 +22,6 @@ REQUIRED: Final = MISSING
 
 _KEY: Final = 'goalreach.option'
 _METAVARS: Final = {'int': 'N', 'float': 'F', 'Path': 'FILE', 'str': 'TEXT'}
-_KINDS: Final = {int: 'a whole number', float: 'a number'}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +29,6 @@ class OptionInfo(ParameterInfo):
     """Description of one option.
 
     Attributes:
-        above: Number that a value must exceed, or None.
         flag: Name on the command line, or empty for the field's own.
         aliases: Further names on the command line, as another program has them.
         metavar: Placeholder of the value in the help, or empty for that of its type.
@@ -43,7 +41,6 @@ class OptionInfo(ParameterInfo):
         parse: Converts the text of one value, or None for the type's own constructor.
     """
 
-    above: float | None = None
     flag: str = ''
     aliases: tuple[str, ...] = ()
     metavar: str = ''
@@ -85,11 +82,12 @@ class CommandOptions:
         Raises:
             ConfigurationError: A value is out of its range or not among its choices.
         """
-        for one in _options_of(type(self)):
-            value = getattr(self, one.field.name)
-            for element in value if one.many else [value]:
-                if element is not None:
-                    one.check(element)
+        for name, one in _parts_of(type(self)):
+            if isinstance(one, _Option):
+                value = getattr(self, name)
+                for element in value if one.many else [value]:
+                    if element is not None:
+                        check_value(one.name, element, one.info, one.base)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,18 +123,8 @@ class _Option:
         try:
             return (self.info.parse or self.base)(text)
         except ValueError:
-            allowed = self.info.allowed(_KINDS.get(self.base, 'valid'))
+            allowed = self.info.allowed(KINDS.get(self.base, 'valid'))
             raise ConfigurationError(self.name, text, allowed) from None
-
-    def check(self, value: object) -> None:
-        """Check the range or the choices of one value."""
-        if self.info.choices and value not in self.info.choices:
-            raise ConfigurationError(self.name, value, self.info.allowed(''))
-        if self.base in _KINDS:
-            check_number(self.name, value, self.info, integer=self.base is int)
-            above = self.info.above
-            if above is not None and not cast('float', value) > above:
-                raise ConfigurationError(self.name, value, f'greater than {above:g}')
 
     def add_to(self, parser: argparse.ArgumentParser, dest: str) -> None:
         """Add the option to a parser; what is not given is left out of the namespace."""
@@ -176,9 +164,12 @@ class _Option:
         return '?' if self.info.positional and self.field.default is not MISSING else None
 
 
-def _options_of(cls: type[object]) -> Iterator[_Option]:
+def _parts_of(cls: type[object]) -> Iterator[tuple[str, _Option | type[object]]]:
+    """Yield the fields of a class that are options, or groups of them."""
     hints = typing.get_type_hints(cls)
     for field in dataclasses.fields(cast('Any', cls)):
+        if dataclasses.is_dataclass(group := field.default_factory):
+            yield field.name, cast('type[object]', group)
         if _KEY not in field.metadata:
             continue
         hint, optional = hints[field.name], False
@@ -187,16 +178,8 @@ def _options_of(cls: type[object]) -> Iterator[_Option]:
             optional = True
         many = typing.get_origin(hint) is tuple
         base = typing.get_args(hint)[0] if many else hint
-        yield _Option(
-            field=field, info=field.metadata[_KEY], base=base, optional=optional, many=many
-        )
-
-
-def _groups_of(cls: type[object]) -> Iterator[tuple[str, type[object]]]:
-    """Return the fields of a class that are groups of options, with their classes."""
-    for field in dataclasses.fields(cast('Any', cls)):
-        if dataclasses.is_dataclass(group := field.default_factory):
-            yield field.name, cast('type[object]', group)
+        info = field.metadata[_KEY]
+        yield field.name, _Option(field=field, info=info, base=base, optional=optional, many=many)
 
 
 def add_options(parser: argparse.ArgumentParser, cls: type[object], prefix: str = '') -> None:
@@ -207,13 +190,11 @@ def add_options(parser: argparse.ArgumentParser, cls: type[object], prefix: str 
         cls: Dataclass with fields made by `option`, or groups of them.
         prefix: Dotted prefix of the names in the namespace.
     """
-    options = {one.field.name: one for one in _options_of(cls)}
-    groups = dict(_groups_of(cls))
-    for field in dataclasses.fields(cast('Any', cls)):
-        if field.name in options:
-            options[field.name].add_to(parser, prefix + field.name)
-        elif field.name in groups:
-            add_options(parser, groups[field.name], f'{prefix}{field.name}.')
+    for name, part in _parts_of(cls):
+        if isinstance(part, _Option):
+            part.add_to(parser, prefix + name)
+        else:
+            add_options(parser, part, f'{prefix}{name}.')
 
 
 def read_options(cls: type[OptionsT], namespace: argparse.Namespace, prefix: str = '') -> OptionsT:
@@ -227,11 +208,10 @@ def read_options(cls: type[OptionsT], namespace: argparse.Namespace, prefix: str
     Raises:
         ConfigurationError: A value is refused; the error names the flag.
     """
-    values: dict[str, Any] = {
-        name: read_options(group, namespace, f'{prefix}{name}.') for name, group in _groups_of(cls)
-    }
-    for one in _options_of(cls):
-        value = getattr(namespace, prefix + one.field.name, None)
-        if value is not None:
-            values[one.field.name] = tuple(value) if one.many else value
+    values: dict[str, Any] = {}
+    for name, part in _parts_of(cls):
+        if not isinstance(part, _Option):
+            values[name] = read_options(part, namespace, f'{prefix}{name}.')
+        elif (value := getattr(namespace, prefix + name, None)) is not None:
+            values[name] = tuple(value) if part.many else value
     return cls(**values)

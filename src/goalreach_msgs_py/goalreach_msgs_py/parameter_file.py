@@ -8,6 +8,7 @@ import yaml
 
 from goalreach_msgs_py.errors import FileFormatError, one_line_repr
 from goalreach_msgs_py.files import read_yaml, write_text_atomically
+from goalreach_msgs_py.topics import NODES
 
 NodeParameters = dict[str, dict[str, Any]]
 """Parameter values by dotted name, by node name."""
@@ -16,33 +17,36 @@ _KEY = 'ros__parameters'
 _WILDCARDS = ('/**', '**', '/*')
 
 
-def read_parameters(path: str | Path, nodes: Iterable[str]) -> NodeParameters:
-    """Return the parameters of a file for the given nodes, wildcards applied first.
+def read_parameters(path: str | Path | None, namespace: str = '') -> NodeParameters:
+    """Return the parameters of a file for each node of the graph, wildcards applied first.
 
     Args:
-        path: The file.
-        nodes: Names of the nodes of the graph.
+        path: The file; None for no parameters.
+        namespace: Namespace of the nodes; sections of other namespaces are for other robots.
 
     Raises:
         FileFormatError: The file cannot be read, is not a parameter file, or names another node.
     """
-    known = tuple(nodes)
+    parameters: NodeParameters = {node: {} for node in NODES}
+    if path is None:
+        return parameters
     sections = read_yaml(path)
     if not isinstance(sections, dict) or not sections:
         raise FileFormatError(path, f'must be a mapping of nodes to {_KEY}')
-    parameters: NodeParameters = {node: {} for node in known}
     for name in sorted(sections, key=lambda key: key not in _WILDCARDS):
         section = sections[name]
         if not isinstance(section, dict) or not isinstance(section.get(_KEY), dict):
             raise FileFormatError(path, f'{name}: must hold a mapping {_KEY}')
         values = _flatten(path, section[_KEY])
         if name in _WILDCARDS:
-            for node in known:
-                parameters[node].update(values)
-        elif str(name).lstrip('/') in parameters:
-            parameters[str(name).lstrip('/')].update(values)
-        else:
-            raise FileFormatError(path, f'{name}: must be one of {", ".join(known)} or /**')
+            for node_values in parameters.values():
+                node_values.update(values)
+            continue
+        space, _, node = str(name).rpartition('/')
+        if node not in parameters:
+            raise FileFormatError(path, f'{name}: must be one of {", ".join(NODES)} or /**')
+        if space in ('', '/**', f'/{namespace}'.rstrip('/')):
+            parameters[node].update(values)
     return parameters
 
 
@@ -71,22 +75,34 @@ def merge_parameters(*layers: NodeParameters) -> NodeParameters:
     return merged
 
 
-def write_parameters(path: str | Path, parameters: NodeParameters) -> None:
+def write_parameters(
+    path: str | Path,
+    parameters: NodeParameters,
+    namespace: str = '',
+    comments: Iterable[str] = (),
+) -> None:
     """Write a parameter file.
 
     Empty lists are left out: they are the defaults, and the format does not record their type.
+
+    Args:
+        path: The file.
+        parameters: The parameters.
+        namespace: Namespace of the nodes.
+        comments: Lines for people, at the beginning.
 
     Raises:
         FileFormatError: The file cannot be written.
     """
     document = {
-        node: {
-            _KEY: {name: _plain(value) for name, value in values.items() if value not in ((), [])}
+        f'/{namespace}/{node}' if namespace else node: {
+            _KEY: {
+                name: [*map(float, value)] if isinstance(value, tuple) else value
+                for name, value in values.items()
+                if value not in ((), [])
+            }
         }
         for node, values in parameters.items()
     }
-    write_text_atomically(path, yaml.safe_dump(document, sort_keys=True))
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401 - a parameter of any type
-    return [float(element) for element in value] if isinstance(value, tuple) else value
+    head = ''.join(f'# {line}\n' for line in comments)
+    write_text_atomically(path, head + yaml.safe_dump(document, sort_keys=True))

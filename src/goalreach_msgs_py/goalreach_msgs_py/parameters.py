@@ -17,6 +17,8 @@ ConfigT = TypeVar('ConfigT')
 _KEY = 'goalreach'
 _LARGEST = 2.0**1023
 """Largest number accepted, half the largest float. Chosen."""
+KINDS = {int: 'a whole number', float: 'a number'}
+"""Types of numbers in messages."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +29,7 @@ class ParameterInfo:
         description: What the value means, with its unit and source.
         minimum: Smallest accepted value (of each element, for a sequence), or None.
         maximum: Largest accepted value, or None.
+        above: Number that a value must exceed, or None.
         choices: The accepted strings, or empty where any will do.
         length: Number of elements that a sequence must have, or None.
     """
@@ -34,6 +37,7 @@ class ParameterInfo:
     description: str
     minimum: float | None = None
     maximum: float | None = None
+    above: float | None = None
     choices: tuple[str, ...] = ()
     length: int | None = None
 
@@ -89,34 +93,40 @@ class Configuration:
 
 
 def _check(name: str, value: object, default: object, info: ParameterInfo) -> None:
-    if isinstance(default, bool):
-        if not isinstance(value, bool):
-            raise ConfigurationError(name, value, 'true or false')
-    elif isinstance(default, str):
-        if not isinstance(value, str) or (info.choices and value not in info.choices):
-            raise ConfigurationError(name, value, info.allowed('a text'))
-    elif isinstance(default, tuple):
-        if not isinstance(value, tuple) or (info.length is not None and len(value) != info.length):
-            raise ConfigurationError(name, value, info.allowed('a number'))
-        for element in value:
-            check_number(name, element, info, integer=False)
-    else:
-        check_number(name, value, info, integer=isinstance(default, int))
+    if not isinstance(default, tuple):
+        check_value(name, value, info, type(default))
+        return
+    if not isinstance(value, tuple) or (info.length is not None and len(value) != info.length):
+        raise ConfigurationError(name, value, info.allowed('a number'))
+    for element in value:
+        check_value(name, element, info, float)
 
 
-def check_number(name: str, value: object, info: ParameterInfo, *, integer: bool) -> None:
-    """Check that a value is a finite number within the range of its field.
+def check_value(name: str, value: object, info: ParameterInfo, kind: type) -> None:
+    """Check a value, or an element of a sequence; one of any other type is accepted.
+
+    Args:
+        name: Its name, for messages.
+        value: The value.
+        info: Range or choices of its field.
+        kind: Its type: bool, str, int or float; a float may be given as a whole number.
 
     Raises:
-        ConfigurationError: It is not.
+        ConfigurationError: It is of another type, not finite, out of range or not a choice.
     """
-    kind = 'a whole number' if integer else 'a number'
-    if not is_number(value) or (integer and not isinstance(value, int)):
-        raise ConfigurationError(name, value, info.allowed(kind))
-    low = info.minimum is not None and value < info.minimum
-    high = info.maximum is not None and value > info.maximum
-    if low or high:
-        raise ConfigurationError(name, value, info.allowed(kind))
+    if kind is bool and not isinstance(value, bool):
+        raise ConfigurationError(name, value, 'true or false')
+    bad_choice = info.choices and value not in info.choices
+    if kind is str and (not isinstance(value, str) or bad_choice):
+        raise ConfigurationError(name, value, info.allowed('a text'))
+    if kind in KINDS:
+        good = is_number(value) and (kind is float or isinstance(value, int))
+        low, high = info.minimum, info.maximum
+        number = cast('float', value)
+        if not good or (low is not None and number < low) or (high is not None and number > high):
+            raise ConfigurationError(name, value, info.allowed(KINDS[kind]))
+        if info.above is not None and not number > info.above:
+            raise ConfigurationError(name, value, f'greater than {info.above:g}')
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -2,6 +2,7 @@
 
 `x_to_raw` returns the bytes that ROS 2 sends for the message type that its docstring names.
 `x_from_raw` reads them, from any sender, and refuses unusable values by field and value.
+`prefix` is that of the frames of a robot in a namespace, such as `robot1/`.
 """
 
 from collections.abc import Sequence
@@ -23,16 +24,19 @@ _PLANAR = (0, 1, 5)
 _PLACES = [6 * i + j for i in _PLANAR for j in _PLANAR]
 
 
-def odometry_to_raw(odometry: Odometry, stamp_ns: int, *, frame_id: str) -> bytes:
+def odometry_to_raw(
+    odometry: Odometry, stamp_ns: int, prefix: str = '', *, frame_id: str
+) -> bytes:
     """Return a pose and velocity as nav_msgs/Odometry, child frame `base_link`.
 
     Args:
         odometry: Pose in `frame_id`, velocity in `base_link`.
         stamp_ns: Stamp, nanoseconds.
+        prefix: Prefix of the frames.
         frame_id: `odom` for the encoders, `map` for the truth.
     """
-    writer = CdrWriter(stamp_ns, frame_id)
-    writer.text(BASE_FRAME)
+    writer = CdrWriter(stamp_ns, prefix + frame_id)
+    writer.text(prefix + BASE_FRAME)
     writer.numbers(_POSE, *pose_numbers(odometry.pose))
     writer.zeros(_COVARIANCE)
     writer.numbers(_TWIST, *_twist_numbers(odometry.twist))
@@ -55,9 +59,9 @@ def odometry_from_raw(raw: bytes) -> Odometry:
     return Odometry(pose=pose, twist=twist)
 
 
-def twist_to_raw(twist: Twist2, stamp_ns: int) -> bytes:
-    """Return a drive command as geometry_msgs/TwistStamped in `base_link`."""
-    writer = CdrWriter(stamp_ns, BASE_FRAME)
+def twist_to_raw(twist: Twist2, stamp_ns: int | None, prefix: str = '') -> bytes:
+    """Return a drive command as geometry_msgs/TwistStamped, without a stamp as Twist."""
+    writer = CdrWriter() if stamp_ns is None else CdrWriter(stamp_ns, prefix + BASE_FRAME)
     writer.numbers(_TWIST, *_twist_numbers(twist))
     return writer.raw()
 
@@ -71,12 +75,12 @@ def twist_from_raw(raw: bytes) -> Twist2:
     return _twist(CdrReader(raw).numbers(_TWIST))
 
 
-def estimate_to_raw(estimate: PoseEstimate, stamp_ns: int) -> bytes:
+def estimate_to_raw(estimate: PoseEstimate, stamp_ns: int, prefix: str = '') -> bytes:
     """Return an estimate as geometry_msgs/PoseWithCovarianceStamped in `map`."""
     covariance = [0.0] * 36
     for place, value in zip(_PLACES, estimate.covariance.ravel().tolist(), strict=True):
         covariance[place] = value
-    writer = CdrWriter(stamp_ns, MAP_FRAME)
+    writer = CdrWriter(stamp_ns, prefix + MAP_FRAME)
     writer.numbers(_POSE, *pose_numbers(estimate.pose))
     writer.numbers(_COVARIANCE, *covariance)
     return writer.raw()
@@ -97,13 +101,13 @@ def estimate_from_raw(raw: bytes) -> PoseEstimate:
     return PoseEstimate(pose=pose, covariance=np.array(planar).reshape(3, 3))
 
 
-def path_to_raw(poses: Sequence[tuple[int, Pose2]], stamp_ns: int) -> bytes:
+def path_to_raw(poses: Sequence[tuple[int, Pose2]], stamp_ns: int, prefix: str = '') -> bytes:
     """Return (stamp in ns, pose in `map`) pairs as nav_msgs/Path."""
-    writer = CdrWriter(stamp_ns, MAP_FRAME)
+    writer = CdrWriter(stamp_ns, prefix + MAP_FRAME)
     writer.numbers('I', len(poses))
     for pose_stamp_ns, pose in poses:
-        writer.stamp(pose_stamp_ns)
-        writer.text(MAP_FRAME)
+        writer.numbers('iI', *divmod(pose_stamp_ns, 1_000_000_000))
+        writer.text(prefix + MAP_FRAME)
         writer.numbers(_POSE, *pose_numbers(pose))
     return writer.raw()
 

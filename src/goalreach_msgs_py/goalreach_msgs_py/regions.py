@@ -6,22 +6,30 @@ is full on [x4, x5]. A crisp border is the middle of its transition area, where 
 are one half; so crisp and fuzzy states agree on which region dominates.
 """
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import itertools
 import math
+import re
 
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameters import Configuration, parameter
-from goalreach_msgs_py.values import Region
+from goalreach_msgs_py.parameters import Configuration, is_number, parameter
+from goalreach_msgs_py.values import PathOutcome, Region
 
 X_LABELS = ('LEFT-SIDE', 'FRONT', 'RIGHT-SIDE')
 Y_LABELS = ('NEAR', 'MEDIUM', 'FAR')
 GOAL_REGION: Region = (1, 0)
 """(FRONT, NEAR), fixed as the goal state in section "The State Set"."""
 
-_KNOTS = 6
+MOST_REGIONS = 9
+"""Largest number of columns, and of rows."""
+ACTION_COUNTS = (4, 8, 16)
+"""Possible numbers of headings; 8 in the paper."""
+_MOST_REWARD = 1e6
+_LABEL = re.compile(r'[^\s,/<>&"]+( [^\s,/<>&"]+)*')
 
 # Chosen, not from the paper (its figures have no numbers): borders at one third and two thirds of
 # the arena (140 x 200 in), so that all regions are alike, and transition areas of 20 in, wide
@@ -32,80 +40,189 @@ DEFAULT_X_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _X_KNOTS_IN)
 DEFAULT_Y_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _Y_KNOTS_IN)
 
 
-def region_name(region: Region) -> str:
+def labels(paper: tuple[str, ...], axis: str, count: int) -> tuple[str, ...]:
+    """Return the labels of columns or rows: the paper's for three, else the axis and a number."""
+    return paper if count == len(paper) else tuple(f'{axis}{k}' for k in range(1, count + 1))
+
+
+def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
     """Return a region as the paper writes it.
 
-    >>> region_name((1, 0))
-    'FRONT/NEAR'
+    Args:
+        region: The region.
+        shape: Numbers of columns and rows.
+
+    >>> region_name((1, 0)), region_name((1, 0), (5, 3))
+    ('FRONT/NEAR', 'X2/NEAR')
     """
-    return f'{X_LABELS[region[0]]}/{Y_LABELS[region[1]]}'
+    columns, rows = labels(X_LABELS, 'X', shape[0]), labels(Y_LABELS, 'Y', shape[1])
+    return f'{columns[region[0]]}/{rows[region[1]]}'
 
 
-def parse_region(name: str) -> Region:
+def parse_region(
+    name: str, shape: tuple[int, int] | None = None, own: Sequence[tuple[str, ...]] = ()
+) -> Region:
     """Return the region that `region_name` wrote.
 
+    Args:
+        name: The name.
+        shape: Numbers of columns and rows; None where they are unknown.
+        own: Labels of columns and rows that replace those of `labels`.
+
     Raises:
-        ConfigurationError: The text is not `X/Y` with the paper's labels.
+        ConfigurationError: The text is not `X/Y` with such labels.
     """
+    columns, rows = shape or (MOST_REGIONS, MOST_REGIONS)
+    known_x, known_y = own or (labels(X_LABELS, 'X', columns), labels(Y_LABELS, 'Y', rows))
+    if shape is None:
+        known_x, known_y = (*X_LABELS, *known_x), (*Y_LABELS, *known_y)
     x_label, _, y_label = name.partition('/')
-    if x_label not in X_LABELS or y_label not in Y_LABELS:
-        allowed = f'one of {"|".join(X_LABELS)} / one of {"|".join(Y_LABELS)}'
+    if x_label not in known_x or y_label not in known_y:
+        allowed = f'one of {"|".join(known_x)} / one of {"|".join(known_y)}'
         raise ConfigurationError('region', name, allowed)
-    return X_LABELS.index(x_label), Y_LABELS.index(y_label)
+    i, j = known_x.index(x_label), known_y.index(y_label)
+    return (i, j) if shape else (i - 3 * (i > 2), j - 3 * (j > 2))  # noqa: PLR2004 - after the paper's three
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rewards:
+    """Reward of an action that ends a path: into the goal, a wall, a forbidden region; else 0.
+
+    Raises:
+        ConfigurationError: The goal's is not positive, or another's is.
+    """
+
+    goal: float = 1.0
+    bump: float = -1.0
+    forbidden: float = -1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            low, high = (1e-6, _MOST_REWARD) if name == 'goal' else (-_MOST_REWARD, 0.0)
+            if not is_number(value) or not low <= value <= high:
+                allowed = f'a number in [{low:g}, {high:g}]'
+                raise ConfigurationError(f'rewards.{name}', value, allowed)
+
+    @classmethod
+    def read(cls, value: object) -> 'Rewards':
+        """Return the rewards of a document; one that is left out is the paper's."""
+        known = vars(cls())
+        if not isinstance(value, dict) or not known.keys() >= value.keys():
+            raise ConfigurationError('rewards', value, f'a mapping of {", ".join(known)}')
+        return cls(**value)
+
+    def of(self, outcome: PathOutcome | None) -> float:
+        """Return the reward; a time-out, which is not in the paper, brings none."""
+        return 0.0 if outcome is None else float(getattr(self, outcome.value, 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class RegionMap:
-    """Nine regions over the arena, with transition areas and a goal.
+    """The task: regions over the arena with transition areas, where paths end, and what it brings.
 
     Attributes:
-        x_knots_m: x0 ... x5, ascending, metres in `map`.
-        y_knots_m: y0 ... y5, ascending, metres in `map`.
+        x_knots_m: x0 ... x5, ascending, metres in `map`; two for each column, of which the paper
+            has three.
+        y_knots_m: y0 ... y5, likewise.
         goal: Indices (i, j) of the goal region.
+        actions: Number of headings to choose from.
+        forbidden: Regions that end a path, too; not in the paper.
+        rewards: Rewards of what ends a path.
+        own_labels: Labels of columns and rows for people, if any; messages keep the usual ones.
 
     Raises:
-        ConfigurationError: Knots that are not six ascending finite numbers, or no such goal.
+        ConfigurationError: Knots that are not an even number of ascending finite numbers, no such
+            goal or forbidden region, or labels that are not different texts, one for each.
     """
 
     x_knots_m: tuple[float, ...] = DEFAULT_X_KNOTS_M
     y_knots_m: tuple[float, ...] = DEFAULT_Y_KNOTS_M
     goal: Region = GOAL_REGION
+    actions: int = 8
+    forbidden: tuple[Region, ...] = ()
+    rewards: Rewards = Rewards()
+    own_labels: tuple[tuple[str, ...], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ('x_knots_m', 'y_knots_m'):
             knots = getattr(self, name)
-            finite = len(knots) == _KNOTS and all(math.isfinite(k) for k in knots)
-            if not finite or any(b < a for a, b in itertools.pairwise(knots)):
-                raise ConfigurationError(name, knots, 'six ascending finite numbers')
-            if not knots[0] < (knots[1] + knots[2]) / 2 < (knots[3] + knots[4]) / 2 < knots[5]:
+            good = len(knots) in range(2, 2 * MOST_REGIONS + 1, 2) and all(
+                map(math.isfinite, knots)
+            )
+            if not good or any(b < a for a, b in itertools.pairwise(knots)):
+                allowed = 'two ascending finite numbers for each of 1 to 9 regions'
+                raise ConfigurationError(name, knots, allowed)
+            if any(b <= a for a, b in itertools.pairwise(_borders(knots))):
                 raise ConfigurationError(name, knots, 'knots that leave no region empty')
-        if len(self.goal) != 2 or not all(0 <= index <= 2 for index in self.goal):  # noqa: PLR2004
-            raise ConfigurationError('goal', self.goal, 'two indices in 0..2')
+        columns, rows = self.shape
+        if len(self.goal) != 2 or self.goal not in self.cells:  # noqa: PLR2004
+            raise ConfigurationError(
+                'goal', self.goal, f'two indices in 0..{columns - 1} and 0..{rows - 1}'
+            )
+        if self.actions not in ACTION_COUNTS:
+            raise ConfigurationError('actions', self.actions, '4, 8 or 16')
+        for region in self.forbidden:
+            if region not in self.cells or region == self.goal:
+                raise ConfigurationError('forbidden', region, 'regions other than the goal')
+        axes = [*map(len, self.own_labels)], [len({*axis}) for axis in self.own_labels]
+        good = all(map(_LABEL.fullmatch, itertools.chain(*self.own_labels)))
+        if self.own_labels and not (good and axes == ([columns, rows], [columns, rows])):
+            allowed = f'{columns} and {rows} different texts without , / < > & "'
+            raise ConfigurationError('labels', self.own_labels, allowed)
 
     @property
-    def x_borders_m(self) -> tuple[float, float, float, float]:
-        """The four lines x that bound the three columns, arena walls included, metres."""
+    def shape(self) -> tuple[int, int]:
+        """Numbers of columns and rows."""
+        return len(self.x_knots_m) // 2, len(self.y_knots_m) // 2
+
+    @property
+    def cells(self) -> list[Region]:
+        """All regions, column by column."""
+        return list(itertools.product(*map(range, self.shape)))  # type: ignore[arg-type]
+
+    @property
+    def labels(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Labels of the columns and of the rows."""
+        columns, rows = self.shape
+        x, y = self.own_labels or (labels(X_LABELS, 'X', columns), labels(Y_LABELS, 'Y', rows))
+        return x, y
+
+    def name(self, region: Region) -> str:
+        """Return a region by its labels."""
+        pairs = zip(self.labels, region, strict=True)
+        return '/'.join(names[k] if k < len(names) else str(k + 1) for names, k in pairs)
+
+    @cached_property
+    def ends(self) -> dict[Region, PathOutcome]:
+        """The regions that end a path, and how."""
+        forbidden = dict.fromkeys(self.forbidden, PathOutcome.FORBIDDEN)
+        return {self.goal: PathOutcome.GOAL, **forbidden}
+
+    @cached_property
+    def x_borders_m(self) -> tuple[float, ...]:
+        """The lines x that bound the columns, arena walls included, metres."""
         return _borders(self.x_knots_m)
 
-    @property
-    def y_borders_m(self) -> tuple[float, float, float, float]:
-        """The four lines y that bound the three rows, arena walls included, metres."""
+    @cached_property
+    def y_borders_m(self) -> tuple[float, ...]:
+        """The lines y that bound the rows, arena walls included, metres."""
         return _borders(self.y_knots_m)
+
+    @cached_property
+    def _inner_borders_m(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.x_borders_m[1:-1], self.y_borders_m[1:-1]
 
     def region_at(self, x_m: float, y_m: float) -> Region:
         """Return the region that holds a point; a border belongs to the larger index.
 
         Points outside the arena belong to the nearest region.
         """
-        x_borders, y_borders = self.x_borders_m, self.y_borders_m
-        return (
-            int(x_m >= x_borders[1]) + int(x_m >= x_borders[2]),
-            int(y_m >= y_borders[1]) + int(y_m >= y_borders[2]),
-        )
+        x_inner_m, y_inner_m = self._inner_borders_m
+        return bisect_right(x_inner_m, x_m), bisect_right(y_inner_m, y_m)
 
     def memberships_at(
         self, x_m: float, y_m: float
-    ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the memberships of a point: of x in the columns, of y in the rows."""
         return memberships(x_m, self.x_knots_m), memberships(y_m, self.y_knots_m)
 
@@ -116,20 +233,21 @@ class RegionMap:
         return x_borders[i], y_borders[j], x_borders[i + 1], y_borders[j + 1]
 
 
-def _borders(knots: tuple[float, ...]) -> tuple[float, float, float, float]:
-    return knots[0], (knots[1] + knots[2]) / 2, (knots[3] + knots[4]) / 2, knots[5]
+def _borders(knots: tuple[float, ...]) -> tuple[float, ...]:
+    inner = ((low + high) / 2 for low, high in zip(knots[1:-1:2], knots[2:-1:2], strict=True))
+    return knots[0], *inner, knots[-1]
 
 
-def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, float]:
-    """Return the degree of membership of a value in each of three fuzzy sets.
+def memberships(value: float, knots: Sequence[float]) -> tuple[float, ...]:
+    """Return the degree of membership of a value in each of the fuzzy sets of an axis.
 
     Fig. 5 of the paper: the first set is full on [k0, k1] and fades to the second on [k1, k2],
-    the second is full on [k2, k3] and fades to the third on [k3, k4], the third is full on
-    [k4, k5]. Beyond the outer knots the nearest set is full.
+    the second is full on [k2, k3] and fades to the third on [k3, k4], and so on. Beyond the outer
+    knots the nearest set is full.
 
     Args:
         value: Position along the axis, in the unit of the knots.
-        knots: Six ascending numbers.
+        knots: Ascending numbers, two for each set.
 
     Returns:
         Memberships in [0, 1] whose sum is one; at most two are positive.
@@ -137,27 +255,34 @@ def memberships(value: float, knots: Sequence[float]) -> tuple[float, float, flo
     >>> memberships(2.5, (0.0, 1.0, 3.0, 5.0, 7.0, 8.0))
     (0.25, 0.75, 0.0)
     """
-    _, k1, k2, k3, k4, _ = knots
-    if value < k2:
-        first = 1.0 if value <= k1 else (k2 - value) / (k2 - k1)
-        return first, 1.0 - first, 0.0
-    if value > k3:
-        third = 1.0 if value >= k4 else (value - k3) / (k4 - k3)
-        return 0.0, 1.0 - third, third
-    return 0.0, 1.0, 0.0
+    mu = [0.0] * (len(knots) // 2)
+    fades = enumerate(zip(knots[1:-1:2], knots[2:-1:2], strict=True))
+    index = sum(value >= end and (n == 0 or value > begin) for n, (begin, end) in fades)
+    low, high = knots[2 * index + 1], knots[min(2 * index + 2, len(knots) - 1)]
+    if value <= low or index == len(mu) - 1:
+        mu[index] = 1.0
+    elif index == 0:
+        mu[0] = (high - value) / (high - low)
+        mu[1] = 1.0 - mu[0]
+    else:
+        mu[index + 1] = (value - low) / (high - low)
+        mu[index] = 1.0 - mu[index + 1]
+    return tuple(mu)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RegionConfig(Configuration):
-    """Knots and goal of a `RegionMap`."""
+    """Knots, goal, forbidden regions and labels of a `RegionMap`."""
 
     x_knots_m: tuple[float, ...] = parameter(
-        DEFAULT_X_KNOTS_M, 'Knots x0..x5 of LEFT-SIDE, FRONT, RIGHT-SIDE, m (Fig. 5a)', length=6
+        DEFAULT_X_KNOTS_M, 'Knots x0..x5 of LEFT-SIDE, FRONT, RIGHT-SIDE, m (Fig. 5a)'
     )
     y_knots_m: tuple[float, ...] = parameter(
-        DEFAULT_Y_KNOTS_M, 'Knots y0..y5 of NEAR, MEDIUM, FAR, m (Fig. 5b)', length=6
+        DEFAULT_Y_KNOTS_M, 'Knots y0..y5 of NEAR, MEDIUM, FAR, m (Fig. 5b)'
     )
     goal_region: str = parameter(region_name(GOAL_REGION), 'The goal state, as X/Y')
+    forbidden_regions: str = parameter('', 'Regions not to be entered, as X/Y, with commas')
+    labels: str = parameter('', 'Labels of the regions for people, as A,B,C/D,E,F; may be empty')
 
     def __post_init__(self) -> None:
         """Check every field and that they make a region map."""
@@ -172,7 +297,11 @@ class RegionConfig(Configuration):
     def region_map(self) -> RegionMap:
         """The region map that these parameters describe."""
         return RegionMap(
-            x_knots_m=self.x_knots_m, y_knots_m=self.y_knots_m, goal=parse_region(self.goal_region)
+            x_knots_m=self.x_knots_m,
+            y_knots_m=self.y_knots_m,
+            goal=parse_region(self.goal_region),
+            forbidden=tuple(map(parse_region, filter(None, self.forbidden_regions.split(',')))),
+            own_labels=tuple(tuple(a.split(',')) for a in self.labels.split('/') if a),
         )
 
     @classmethod
@@ -181,5 +310,7 @@ class RegionConfig(Configuration):
         return cls(
             x_knots_m=regions.x_knots_m,
             y_knots_m=regions.y_knots_m,
-            goal_region=region_name(regions.goal),
+            goal_region=region_name(regions.goal, regions.shape),
+            forbidden_regions=','.join(region_name(r, regions.shape) for r in regions.forbidden),
+            labels='/'.join(map(','.join, regions.own_labels)),
         )

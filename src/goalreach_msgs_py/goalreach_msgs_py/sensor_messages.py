@@ -5,19 +5,19 @@ from functools import lru_cache
 import itertools
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.camera import (
+    DISTORTION_TERMS,
+    EQUIDISTANT,
+    PLUMB_BOB,
+    RATIONAL,
+    PinholeCamera,
+)
 from goalreach_msgs_py.cdr import CdrReader, CdrWriter, MessageError, with_stamp
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.pose_messages import require_finite
 from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, CAMERA_FRAME, HEAD_JOINTS
-from goalreach_msgs_py.values import HeadAngles, LandmarkObservation
+from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Scan
 
-_GREY = 'mono8'
-_BUMPERS = 20
-_DISTORTION_TERMS = 5
 _CACHED = 8
 """Messages that rarely change but for their stamp: the last few are kept. Chosen."""
 _NOT_SEEN = (math.nan,) * 3
@@ -28,69 +28,19 @@ def clock_to_raw(stamp_ns: int) -> bytes:
     return CdrWriter(stamp_ns).raw()
 
 
-def image_to_raw(image: NDArray[np.uint8], stamp_ns: int) -> bytes:
-    """Return a (height, width) grey image as sensor_msgs/Image mono8."""
-    height, width = image.shape
-    writer = CdrWriter(stamp_ns, CAMERA_FRAME)
-    writer.numbers('2I', height, width)
-    writer.text(_GREY)
-    writer.zeros('B')
-    writer.numbers('2I', width, height * width)
-    return writer.raw(image.data if image.flags.c_contiguous else image.tobytes())
-
-
-def image_from_raw(raw: bytes) -> NDArray[np.uint8]:
-    """Return a sensor_msgs/Image mono8 as a (height, width) array that shares its memory.
-
-    Raises:
-        MessageError: Another encoding, or sizes that do not fit the data.
-    """
-    reader = CdrReader(raw)
-    height, width = reader.numbers('2I')
-    encoding = reader.text()
-    if encoding != _GREY:
-        raise MessageError(f'encoding = {encoding!r}: must be {_GREY}')
-    reader.skip('B')
-    (step,) = reader.numbers('I')
-    data = reader.data()
-    if step < width or height * step != len(data) or 0 in (height, width):
-        size = f'{width} x {height}, step {step}, {len(data)} bytes'
-        raise MessageError(f'image of {size}: sizes do not fit one another')
-    return np.frombuffer(data, np.uint8).reshape(height, step)[:, :width]
-
-
-def compressed_image_to_raw(encoded: bytes, stamp_ns: int) -> bytes:
-    """Return a JPEG image as sensor_msgs/CompressedImage."""
-    writer = CdrWriter(stamp_ns, CAMERA_FRAME)
-    writer.text('jpeg')
-    writer.numbers('I', len(encoded))
-    return writer.raw(encoded)
-
-
-def compressed_image_from_raw(raw: bytes) -> bytes:
-    """Return the encoded image of a sensor_msgs/CompressedImage.
-
-    Raises:
-        MessageError: It cannot be read.
-    """
-    reader = CdrReader(raw)
-    reader.skip_text()
-    return bytes(reader.data())
-
-
-def camera_to_raw(camera: PinholeCamera, stamp_ns: int) -> bytes:
-    """Return the intrinsics as sensor_msgs/CameraInfo, model plumb_bob."""
-    return with_stamp(_write_camera(camera), stamp_ns)
+def camera_to_raw(camera: PinholeCamera, stamp_ns: int, prefix: str = '') -> bytes:
+    """Return the intrinsics as sensor_msgs/CameraInfo."""
+    return with_stamp(_write_camera(camera, prefix), stamp_ns)
 
 
 @lru_cache(maxsize=_CACHED)
-def _write_camera(camera: PinholeCamera) -> bytes:
+def _write_camera(camera: PinholeCamera, prefix: str) -> bytes:
     fx, fy, cx, cy = camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px
-    writer = CdrWriter(0, CAMERA_FRAME)
+    writer = CdrWriter(0, prefix + CAMERA_FRAME)
     writer.numbers('2I', camera.height_px, camera.width_px)
-    writer.text('plumb_bob')
-    writer.numbers('I', _DISTORTION_TERMS)
-    writer.numbers('5d', *camera.distortion)
+    writer.text(camera.distortion_model)
+    writer.numbers('I', len(camera.distortion))
+    writer.numbers(f'{len(camera.distortion)}d', *camera.distortion)
     writer.numbers('9d', fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0)
     writer.numbers('9d', 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     writer.numbers('12d', fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
@@ -100,10 +50,13 @@ def _write_camera(camera: PinholeCamera) -> bytes:
 
 
 def camera_from_raw(raw: bytes) -> PinholeCamera:
-    """Return the intrinsics of a sensor_msgs/CameraInfo.
+    """Return the intrinsics of a sensor_msgs/CameraInfo, those of the image as it is sent.
+
+    K refers to the whole sensor. The image begins at the offset of `roi`, and each of its pixels
+    is the mean of `binning_x` times `binning_y` pixels.
 
     Raises:
-        MessageError: Intrinsics that no camera has, or a distortion model other than plumb_bob.
+        MessageError: Intrinsics that no camera has, or an unknown distortion model.
     """
     return _read_camera(with_stamp(raw, 0))
 
@@ -112,41 +65,64 @@ def camera_from_raw(raw: bytes) -> PinholeCamera:
 def _read_camera(raw: bytes) -> PinholeCamera:
     reader = CdrReader(raw)
     height, width = reader.numbers('2I')
-    reader.skip_text()
-    distortion = [require_finite('d', term) for term in reader.sequence('d')]
-    if len(distortion) not in (0, _DISTORTION_TERMS):
-        raise MessageError(f'd = {distortion}: must be 5 numbers or none')
-    k1, k2, p1, p2, k3 = distortion or [0.0] * _DISTORTION_TERMS
+    model = reader.text()
+    terms = tuple(require_finite('d', term) for term in reader.sequence('d'))
     fx, _, cx, _, fy, cy, *_ = reader.numbers('9d')
     reader.skip('21d')
-    reader.skip('6I')
+    across, down, left, top, rows, columns = reader.numbers('6I')
+    across, down = max(across, 1), max(down, 1)
+    model, terms = _distortion(model, terms)
     try:
         return PinholeCamera(
-            width_px=width,
-            height_px=height,
-            fx_px=fx,
-            fy_px=fy,
-            cx_px=cx,
-            cy_px=cy,
-            distortion=(k1, k2, p1, p2, k3),
+            width_px=(columns or width) // across,
+            height_px=(rows or height) // down,
+            fx_px=fx / across,
+            fy_px=fy / down,
+            cx_px=(cx - left - 0.5 * (across - 1)) / across,
+            cy_px=(cy - top - 0.5 * (down - 1)) / down,
+            distortion=terms,
+            distortion_model=model,
         )
     except ConfigurationError as error:
         raise MessageError(str(error)) from None
 
 
-def head_to_raw(head: HeadAngles, stamp_ns: int) -> bytes:
-    """Return the three joint angles as sensor_msgs/JointState."""
-    writer = CdrWriter(stamp_ns, BASE_FRAME)
-    writer.numbers('I', len(HEAD_JOINTS))
-    writer.text(*HEAD_JOINTS)
-    writer.numbers('I', len(HEAD_JOINTS))
-    writer.numbers('3d', head.turret_rad, head.pan_rad, head.tilt_rad)
+def _distortion(model: str, terms: tuple[float, ...]) -> tuple[str, tuple[float, ...]]:
+    """Return the model and its terms: by their number, since drivers name rational ones plumb_bob.
+
+    Further terms of OpenCV (thin prism, tilt) must be zero; k3 may be left out.
+    """
+    if model not in {EQUIDISTANT, 'fisheye'}:
+        if not any(terms):
+            return PLUMB_BOB, (0.0,) * DISTORTION_TERMS[PLUMB_BOB]
+        if model in {PLUMB_BOB, RATIONAL, ''}:
+            terms = terms if any(terms[DISTORTION_TERMS[RATIONAL] :]) else terms[:8]
+            model = RATIONAL if len(terms) > DISTORTION_TERMS[PLUMB_BOB] else PLUMB_BOB
+            terms += (0.0,) * (len(terms) == DISTORTION_TERMS[EQUIDISTANT])
+        return model, terms
+    return EQUIDISTANT, terms
+
+
+def head_to_raw(
+    head: HeadAngles, stamp_ns: int, prefix: str = '', joints: Sequence[str] = HEAD_JOINTS
+) -> bytes:
+    """Return the angles of the joints that a head has as sensor_msgs/JointState."""
+    angles = dict(zip(HEAD_JOINTS, vars(head).values(), strict=True))
+    writer = CdrWriter(stamp_ns, prefix + BASE_FRAME)
+    writer.numbers('I', len(joints))
+    writer.text(*joints)
+    writer.numbers('I', len(joints))
+    writer.numbers(f'{len(joints)}d', *(angles[name] for name in joints))
     writer.zeros('2I')
     return writer.raw()
 
 
-def head_from_raw(raw: bytes) -> HeadAngles:
+def head_from_raw(raw: bytes, joints: Sequence[str] = HEAD_JOINTS) -> HeadAngles:
     """Return the head's joint angles of a sensor_msgs/JointState, found by name.
+
+    Args:
+        raw: The message.
+        joints: Names of the joints that the head has; the others are at zero.
 
     Raises:
         MessageError: A joint is missing or its position is not finite.
@@ -154,45 +130,99 @@ def head_from_raw(raw: bytes) -> HeadAngles:
     reader = CdrReader(raw)
     names = reader.texts(reader.count(least=5))
     positions = dict(zip(names, reader.sequence('d'), strict=False))
-    missing = [name for name in HEAD_JOINTS if name not in positions]
+    missing = [name for name in joints if name not in positions]
     if missing:
         raise MessageError(f'name = {names}: {missing[0]} is missing')
-    turret, pan, tilt = (require_finite(name, positions[name]) for name in HEAD_JOINTS)
+    found = {name: require_finite(name, positions[name]) for name in joints}
+    turret, pan, tilt = (found.get(name, 0.0) for name in HEAD_JOINTS)
     return HeadAngles(turret_rad=turret, pan_rad=pan, tilt_rad=tilt)
 
 
 def bumpers_to_raw(
-    pressed: Sequence[bool], stamp_ns: int, *, body_radius_m: float, scan_time_s: float
+    pressed: Sequence[bool],
+    stamp_ns: int,
+    prefix: str = '',
+    *,
+    body_radius_m: float,
+    scan_time_s: float,
 ) -> bytes:
     """Return 20 bumpers as sensor_msgs/LaserScan: the body radius where pressed, +inf where not.
 
     Args:
         pressed: (20,) by sensor; sensor i points to 18 i degrees in `bumper_link`.
         stamp_ns: Stamp, nanoseconds.
+        prefix: Prefix of the frame.
         body_radius_m: Radius of the bumper ring.
         scan_time_s: Time between readings.
     """
-    return with_stamp(_write_bumpers(tuple(pressed), body_radius_m, scan_time_s), stamp_ns)
+    return with_stamp(_write_bumpers(tuple(pressed), prefix, body_radius_m, scan_time_s), stamp_ns)
 
 
 @lru_cache(maxsize=_CACHED)
-def _write_bumpers(pressed: tuple[bool, ...], body_radius_m: float, scan_time_s: float) -> bytes:
-    step_rad = 2.0 * math.pi / _BUMPERS
-    writer = CdrWriter(0, BUMPER_FRAME)
-    writer.numbers('3f', 0.0, step_rad * (_BUMPERS - 1), step_rad)
+def _write_bumpers(
+    pressed: tuple[bool, ...], prefix: str, body_radius_m: float, scan_time_s: float
+) -> bytes:
+    ranges_m = [body_radius_m if on else math.inf for on in pressed]
+    limits_m = (0.0, 2.0 * body_radius_m)
+    return sonar_to_raw(ranges_m, 0, prefix, limits_m=limits_m, scan_time_s=scan_time_s)
+
+
+def sonar_to_raw(
+    ranges_m: Sequence[float],
+    stamp_ns: int,
+    prefix: str = '',
+    *,
+    limits_m: tuple[float, float],
+    scan_time_s: float,
+) -> bytes:
+    """Return the ring of ultrasonic sensors as sensor_msgs/LaserScan.
+
+    Args:
+        ranges_m: From the axis of the robot, evenly spaced, the first to the front of
+            `bumper_link`; infinite without an echo.
+        stamp_ns: Stamp, nanoseconds.
+        prefix: Prefix of the frame.
+        limits_m: Smallest and largest range.
+        scan_time_s: Time between readings.
+    """
+    count = len(ranges_m)
+    step_rad = 2.0 * math.pi / count
+    writer = CdrWriter(stamp_ns, prefix + BUMPER_FRAME)
+    writer.numbers('3f', 0.0, step_rad * (count - 1), step_rad)
     writer.numbers('2f', 0.0, scan_time_s)
-    writer.numbers('2f', 0.0, 2.0 * body_radius_m)
-    writer.numbers('I', _BUMPERS)
-    writer.numbers(f'{_BUMPERS}f', *(body_radius_m if on else math.inf for on in pressed))
+    writer.numbers('2f', *limits_m)
+    writer.numbers('I', count)
+    writer.numbers(f'{count}f', *ranges_m)
     writer.zeros('I')
     return writer.raw()
 
 
-def bumpers_from_raw(raw: bytes) -> tuple[bool, ...]:
-    """Return which of the bumpers of a sensor_msgs/LaserScan are pressed.
+def scan_from_raw(raw: bytes) -> Scan:
+    """Return a sensor_msgs/LaserScan; a range of no meaning becomes infinite, as without echo.
 
     Raises:
-        MessageError: There are not 20 rays, or a ray is NaN.
+        MessageError: It cannot be read, or its bearings are not finite.
+    """
+    reader = CdrReader(raw, has_header=False)
+    reader.skip('2I')
+    frame = reader.text().rpartition('/')[2]
+    first_rad, _, step_rad, _, _, nearest_m, farthest_m = reader.numbers('7f')
+    for name, value in (('angle_min', first_rad), ('angle_increment', step_rad)):
+        require_finite(name, value)
+    ranges_m = tuple(
+        range_m if nearest_m <= range_m <= farthest_m else math.inf
+        for range_m in reader.sequence('f')
+    )
+    return Scan(
+        first_rad=first_rad, step_rad=step_rad, ranges_m=ranges_m, on_base=frame == BUMPER_FRAME
+    )
+
+
+def bumpers_from_raw(raw: bytes) -> tuple[bool, ...]:
+    """Return which of the bumpers of a sensor_msgs/LaserScan are pressed, one for each ray.
+
+    Raises:
+        MessageError: There is no ray, or a ray is NaN.
     """
     return _read_bumpers(with_stamp(raw, 0))
 
@@ -202,19 +232,21 @@ def _read_bumpers(raw: bytes) -> tuple[bool, ...]:
     reader = CdrReader(raw)
     reader.skip('7f')
     ranges = reader.sequence('f')
-    if len(ranges) != _BUMPERS:
-        raise MessageError(f'ranges has {len(ranges)} rays: must be {_BUMPERS}')
+    if not ranges:
+        raise MessageError('ranges has no rays: must be one for each bumper')
     if any(map(math.isnan, ranges)):
         raise MessageError('ranges holds NaN: must be a distance or +inf')
     return tuple(map(math.isfinite, ranges))
 
 
-def landmarks_to_raw(landmarks: Sequence[LandmarkObservation | None], stamp_ns: int) -> bytes:
+def landmarks_to_raw(
+    landmarks: Sequence[LandmarkObservation | None], stamp_ns: int, prefix: str = ''
+) -> bytes:
     """Return the seen LEDs as geometry_msgs/PolygonStamped: point i is (u, v, peak) of LED i."""
     points = (
         _NOT_SEEN if seen is None else (seen.u_px, seen.v_px, seen.peak_dn) for seen in landmarks
     )
-    writer = CdrWriter(stamp_ns, CAMERA_FRAME)
+    writer = CdrWriter(stamp_ns, prefix + CAMERA_FRAME)
     writer.numbers('I', len(landmarks))
     writer.numbers(f'{3 * len(landmarks)}f', *itertools.chain.from_iterable(points))
     return writer.raw()

@@ -48,6 +48,24 @@ class HeadAngles:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Scan:
+    """Ranges around the robot's axis.
+
+    Attributes:
+        first_rad: Bearing of the first ray, counter-clockwise from the front.
+        step_rad: Bearing from one ray to the next.
+        ranges_m: Ranges; infinite where nothing was seen.
+        on_base: Whether bearings count from the front of the base, which does not turn with the
+            wheels; otherwise from the drive heading.
+    """
+
+    first_rad: float
+    step_rad: float
+    ranges_m: tuple[float, ...]
+    on_base: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
 class LandmarkObservation:
     """One LED in an image: pixel coordinates of its centre, and its peak grey value.
 
@@ -90,8 +108,8 @@ class RegionState:
 
     Attributes:
         region: The crisp region (i, j) that holds the estimated position.
-        mu_x: Memberships (3,) of x in LEFT-SIDE, FRONT, RIGHT-SIDE, each in [0, 1].
-        mu_y: Memberships (3,) of y in NEAR, MEDIUM, FAR.
+        mu_x: Memberships of x in the columns (LEFT-SIDE, FRONT, RIGHT-SIDE), each in [0, 1].
+        mu_y: Memberships of y in the rows (NEAR, MEDIUM, FAR).
         pose: The estimated pose the state was computed from.
         goal_probability: Probability that the true position lies in the goal region, given the
             pose's covariance.
@@ -99,8 +117,8 @@ class RegionState:
     """
 
     region: Region
-    mu_x: tuple[float, float, float]
-    mu_y: tuple[float, float, float]
+    mu_x: tuple[float, ...]
+    mu_y: tuple[float, ...]
     pose: Pose2
     goal_probability: float
     confidence: Confidence
@@ -111,6 +129,7 @@ class PathOutcome(enum.Enum):
 
     GOAL = 'goal'
     BUMP = 'bump'
+    FORBIDDEN = 'forbidden'
     TIMEOUT = 'timeout'
 
 
@@ -120,8 +139,8 @@ class Transition:
 
     Attributes:
         state: Region in which the action was chosen.
-        action: Index k of the heading k * 45 degrees.
-        reward: +1 goal, -1 bump, 0 otherwise.
+        action: Index k of the heading; of eight, k * 45 degrees.
+        reward: In the paper +1 goal, -1 bump, 0 otherwise.
         next_state: Region in which the action ended.
         temperature: Boltzmann temperature of equation (2) at the choice; 0 where greedy.
         trial: Trial, from 0.

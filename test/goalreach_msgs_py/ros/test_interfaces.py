@@ -32,7 +32,6 @@ def test_unknown_messages_are_refused_by_name(name: str) -> None:
 
 
 def test_unknown_services_and_messages_for_services_are_refused() -> None:
-    with pytest.raises(CommandError, match=r'^The passed service type is invalid'):
-        service_class('std_srvs/srv/Nope')
-    with pytest.raises(CommandError, match=r'^The passed type is not a service'):
-        service_class('std_msgs/msg/String')
+    for name in ('std_srvs/srv/Nope', 'std_msgs/msg/String'):
+        with pytest.raises(CommandError, match=r'^The passed service type is invalid'):
+            service_class(name)

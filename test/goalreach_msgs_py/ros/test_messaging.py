@@ -17,7 +17,8 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.cdr import MessageError
-from goalreach_msgs_py.diagnostic_messages import Status, status_to_raw
+from goalreach_msgs_py.diagnostic_messages import Status, statuses_to_raw
+from goalreach_msgs_py.image_messages import image_to_raw
 from goalreach_msgs_py.pose_messages import twist_to_raw
 from goalreach_msgs_py.ros.messaging import (
     RELIABLE_QOS,
@@ -31,7 +32,6 @@ from goalreach_msgs_py.sensor_messages import (
     camera_to_raw,
     clock_to_raw,
     head_to_raw,
-    image_to_raw,
 )
 from goalreach_msgs_py.values import HeadAngles, Twist2
 from graphs import fresh_domain, join
@@ -52,7 +52,7 @@ MESSAGES: list[tuple[type[Any], bytes]] = [
     (JointState, head_to_raw(HEAD, STAMP)),
     (LaserScan, bumpers_to_raw((False,) * 20, STAMP, body_radius_m=0.2, scan_time_s=0.04)),
     (TwistStamped, twist_to_raw(TWIST, STAMP)),
-    (DiagnosticArray, status_to_raw(STATUS, STAMP)),
+    (DiagnosticArray, statuses_to_raw([STATUS], STAMP)),
 ]
 
 

@@ -34,15 +34,16 @@ class Acknowledger:
         node: The consumer.
         window_ticks: How many ticks the simulator may be ahead of the last one acknowledged. It
             continues without this consumer once the node has ended.
+        namespace: That of the simulator, `/robot1`, where it is not the consumer's own.
     """
 
-    def __init__(self, node: Node, *, window_ticks: int) -> None:
+    def __init__(self, node: Node, *, window_ticks: int, namespace: str = '') -> None:
         name = node.get_name()
         window = KeyValue(key=_WINDOW_KEY, value=str(window_ticks))
         self._message = DiagnosticArray(status=[DiagnosticStatus(name=name, values=[window])])
-        self._publisher = node.create_publisher(
-            DiagnosticArray, acknowledgement_topic(name), LATCHED_QOS
-        )
+        topic = acknowledgement_topic(name)
+        topic = f'{namespace}/{topic}' if namespace else topic
+        self._publisher = node.create_publisher(DiagnosticArray, topic, LATCHED_QOS)
         self._publisher.publish(self._message)
 
     def acknowledge(self, stamp_ns: int) -> None:

@@ -31,22 +31,8 @@ def service_class(name: str) -> Any:
         CommandError: There is no such service type, or its package is not installed.
     """
     found = _find(name, 'srv')
-    if found is None:
+    if not hasattr(found, 'Request'):
         raise CommandError(f"The passed service type is invalid: '{name}'")
-    if not (hasattr(found, 'Request') and hasattr(found, 'Response')):
-        raise CommandError(f"The passed type is not a service: '{name}'")
-    return found
-
-
-def interface_class(name: str) -> Any:
-    """Return the class of a message, service or action by its full name, `package/kind/Name`.
-
-    Raises:
-        CommandError: There is no such type, or its package is not installed.
-    """
-    found = _find(name, '') if name.count('/') > 1 else None
-    if found is None:
-        raise CommandError(f"The passed type is invalid: '{name}'")
     return found
 
 
@@ -62,12 +48,11 @@ def full_type_name(name: str, kind: str) -> str:
 
 def _find(name: str, kind: str) -> Any:
     """Return the class, or None where there is none."""
-    parts = full_type_name(name, kind).split('/')
-    if len(parts) != 3 or not all(part.isidentifier() for part in parts):  # noqa: PLR2004
+    package, *names = full_type_name(name, kind).split('/')
+    if len(names) != 2 or not all(map(str.isidentifier, (package, *names))):  # noqa: PLR2004
         return None
-    package, namespace, interface = parts
     try:
-        module = importlib.import_module(f'{package}.{namespace}')
+        module = importlib.import_module(f'{package}.{names[0]}')
     except ModuleNotFoundError:
         return None
-    return getattr(module, interface, None)
+    return getattr(module, names[1], None)

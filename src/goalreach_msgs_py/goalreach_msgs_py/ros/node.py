@@ -17,10 +17,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import get_default_context
 
-from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, status_to_raw
+from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, statuses_to_raw
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
-from goalreach_msgs_py.ros.dds_profile import use_profile
-from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
+from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
+from goalreach_msgs_py.ros.distribution import installed
+from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, StampedReply, advertise
 from goalreach_msgs_py.ros.parameters import warn_of_unknown_parameters
 from goalreach_msgs_py.ros.process import (
     PeriodicGc,
@@ -42,12 +43,13 @@ class Diagnostics:
     """Publishes the status of a node on `/diagnostics`, once in 25 ticks (1 Hz at 25 Hz).
 
     Args:
-        node: The node.
+        node: The node. To be its first publisher: a recorder then knows it once it knows another.
+        reply: The reply to a tick, of which the status is a part.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._name = node.get_name()
-        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, RELIABLE_QOS)
+    def __init__(self, node: Node, reply: StampedReply) -> None:
+        self._name, self._reply = node.get_name(), reply
+        self._publisher = advertise(node, DiagnosticArray, DIAGNOSTICS, RELIABLE_QOS)
         self._ticks = 0
 
     def tick(
@@ -76,7 +78,7 @@ class Diagnostics:
             hardware_id=self._name,
             values={key: str(value) for key, value in values().items()},
         )
-        self._publisher.publish(status_to_raw(status, stamp_ns))
+        self._reply.send(self._publisher, statuses_to_raw([status], stamp_ns))
 
 
 def run_nodes(
@@ -107,10 +109,10 @@ def run_nodes(
                 nodes.append(make_node())
                 warn_of_unknown_parameters(nodes[-1])
         _spin(nodes, stop)
-    except ConfigurationError as error:
-        return _refuse(f'{name}: parameter {error}')
     except GoalreachError as error:
-        return _refuse(f'{name}: {error}')
+        kind = 'parameter ' if isinstance(error, ConfigurationError) else ''
+        sys.stderr.write(f'{name}: {kind}{error}'.strip().splitlines()[0] + '\n')
+        return GoalreachError.status
     finally:
         _flush(nodes)
         for node in nodes:
@@ -120,17 +122,20 @@ def run_nodes(
 
 
 @contextmanager
-def ros_session(profile: str, arguments: Sequence[str] = ()) -> Iterator[ExitStack]:
+def ros_session(
+    arguments: Sequence[str] = (), *, profile: str | None = None
+) -> Iterator[ExitStack]:
     """Initialise rclpy for a tool that runs its own loop, without rclpy's signal handlers.
 
     Args:
-        profile: Path of the Fast DDS profile, used unless the environment sets another.
         arguments: Command line for rclpy.
+        profile: Path of the Fast DDS profile, used unless the environment sets another; None for
+            that of the graph.
 
     Yields:
         A stack for callbacks that clean up before rclpy is shut down.
     """
-    use_profile(profile)
+    use_profile(profile or fast_dds_profile())
     rclpy.init(args=[*arguments, *NO_LOG_FILE], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ExitStack() as stack:
@@ -152,8 +157,10 @@ def early_participant(name: str) -> Iterator[None]:
         name: Name of the process.
     """
     context = get_default_context()
+    rosout = [RELIABLE_QOS.get_c_qos_profile()] if installed().node_takes_rosout_qos else []
     with context.handle:
-        node = rclpy_implementation.Node(f'_{name}', '', context.handle, None, False, False)
+        arguments = f'_{name}', '', context.handle, None, False, False, *rosout
+        node = rclpy_implementation.Node(*arguments)
     try:
         yield
     finally:
@@ -190,8 +197,3 @@ def _init(arguments: list[str]) -> None:
     except RuntimeError as error:  # rclpy's RCLError: the arguments after --ros-args are wrong
         reason = str(error).partition(': ')[2].partition(', at ')[0]
         raise GoalreachError(reason or str(error)) from None
-
-
-def _refuse(line: str) -> int:
-    sys.stderr.write(line.strip().splitlines()[0] + '\n')
-    return GoalreachError.status

@@ -87,12 +87,16 @@ class NodeConfig(Generic[ConfigT]):
 
 def _declare(node: Node, name: str, default: object, info: ParameterInfo, *, live: bool) -> object:
     value = list(default) if isinstance(default, tuple) else default
+    given = node._parameter_overrides.get(name)  # noqa: SLF001 - rclpy offers no public reading
+    empty = isinstance(default, tuple) and given is not None and given.value is None  # a file's []
     kind = 'a whole number' if type(default) is int else 'a number'
     try:
-        return node.declare_parameter(name, value, _descriptor(default, info, live=live)).value
+        descriptor = _descriptor(default, info, live=live)
+        value = [] if empty else value
+        return node.declare_parameter(name, value, descriptor, ignore_override=empty).value
     except (InvalidParameterValueException, InvalidParameterTypeException):
-        given = node._parameter_overrides[name].value  # noqa: SLF001 - the errors do not hold it
-        raise ConfigurationError(name, given, info.allowed(kind)) from None
+        refused = value if given is None else given.value
+        raise ConfigurationError(name, refused, info.allowed(kind)) from None
 
 
 def _descriptor(default: object, info: ParameterInfo, *, live: bool) -> ParameterDescriptor:

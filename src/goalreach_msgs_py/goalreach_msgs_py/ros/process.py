@@ -7,7 +7,6 @@ import ctypes
 import gc
 import os
 import signal
-import sys
 from types import FrameType
 
 LAUNCHER_PID = 'GOALREACH_LAUNCHER_PID'
@@ -29,15 +28,17 @@ class StopRequest:
 
     Attributes:
         requested: Whether a signal has arrived.
+        signal: Its number; 0 before.
     """
 
     def __init__(self) -> None:
         self.requested = False
+        self.signal = 0
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._on_signal)
 
-    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self.requested = True
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        self.requested, self.signal = True, number
 
 
 class PeriodicGc:
@@ -71,8 +72,6 @@ def keep_freed_memory() -> None:
     By default it returns each to the kernel, and the next image causes a page fault for each of
     its pages, which costs twenty times as much as copying the image.
     """
-    if not sys.platform.startswith('linux'):
-        return
     mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
     if mallopt is not None:
         mallopt(_M_MMAP_THRESHOLD, _LARGEST_KEPT_BYTES)
@@ -81,14 +80,13 @@ def keep_freed_memory() -> None:
 
 def set_process_name(name: str) -> None:
     """Set the name of this process in `ps -C` and `top`, at most 15 letters (Linux)."""
-    if sys.platform.startswith('linux'):
-        ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode())
+    ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode())
 
 
 def terminate_with_launcher() -> None:
     """Request SIGTERM from the kernel when the launcher dies, for whatever reason (Linux)."""
     launcher = os.environ.get(LAUNCHER_PID)
-    if launcher is None or not sys.platform.startswith('linux'):
+    if launcher is None:
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if str(os.getppid()) != launcher:

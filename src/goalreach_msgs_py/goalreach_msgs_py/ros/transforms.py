@@ -12,7 +12,8 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from goalreach_msgs_py.ros.messaging import LATCHED_QOS, header
+from goalreach_msgs_py.alignment import moved_on
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, frame_prefix, header
 from goalreach_msgs_py.topics import BASE_FRAME, BUMPER_FRAME, CAMERA_FRAME, MAP_FRAME, ODOM_FRAME
 from goalreach_msgs_py.values import HeadAngles, Pose2
 
@@ -86,11 +87,9 @@ def map_to_odom(stamp_ns: int, in_map: Pose2, in_odom: Pose2) -> TransformStampe
         in_map: Estimated pose of the robot.
         in_odom: Encoder pose of the same stamp.
     """
-    turn_rad = in_map.heading_rad - in_odom.heading_rad
-    cosine, sine = math.cos(turn_rad), math.sin(turn_rad)
-    x = in_map.x_m - (cosine * in_odom.x_m - sine * in_odom.y_m)
-    y = in_map.y_m - (sine * in_odom.x_m + cosine * in_odom.y_m)
-    return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, _yaw(turn_rad), x=x, y=y)
+    origin = moved_on(in_map, in_odom, Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0))
+    turn = _yaw(origin.heading_rad)
+    return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, turn, x=origin.x_m, y=origin.y_m)
 
 
 class TransformPublisher:
@@ -107,10 +106,11 @@ class TransformPublisher:
             self._message = importlib.import_module('tf2_msgs.msg').TFMessage
         except ImportError:
             return
+        self._prefix = frame_prefix(node)
         self._publisher = node.create_publisher(self._message, '/tf', QoSProfile(depth=100))
         if static:
             self._static = node.create_publisher(self._message, '/tf_static', LATCHED_QOS)
-            self._static.publish(self._message(transforms=static))
+            self._static.publish(self._prefixed(static))
 
     @property
     def active(self) -> bool:
@@ -120,4 +120,10 @@ class TransformPublisher:
     def publish(self, transforms: list[TransformStamped]) -> None:
         """Publish transforms."""
         if self.active:
-            self._publisher.publish(self._message(transforms=transforms))
+            self._publisher.publish(self._prefixed(transforms))
+
+    def _prefixed(self, transforms: list[TransformStamped]) -> object:
+        for each in transforms:
+            each.header.frame_id = self._prefix + each.header.frame_id
+            each.child_frame_id = self._prefix + each.child_frame_id
+        return self._message(transforms=transforms)
