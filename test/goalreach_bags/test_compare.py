@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from goalreach_bags.compare import Recomputation, compare_bags, differences
+from goalreach_bags.compare import TopicResult, compare_bags, differences
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from small_bags import (
@@ -52,22 +52,19 @@ def test_values_of_diagnostics_are_numbers_by_their_keys() -> None:
 
 
 def test_recomputation_names_the_first_beyond_the_tolerance() -> None:
-    names = ('/landmarks', '/pose', '/state', '/head/command')
+    names = ('/landmarks', '/pose', '/state')
     decoder = Decoder([string_topic(name, type_name=JOINTS, type_hash='') for name in names])
-    comparison = Recomputation(decoder, 1e-9)
+    landmarks, pose, state = (TopicResult(topic=name) for name in names)
     before = serialize(joints([1.0, 2.0]), JOINTS)
     for stamp_ns, now in ((1, [1.0, 2.0 + 5e-10]), (2, [1.1, 2.0]), (3, [1.2, 2.0])):
-        comparison.compare('/pose', stamp_ns, before, serialize(joints(now), JOINTS))
-        comparison.compare('/state', stamp_ns, before, before)
+        pose.add(decoder, stamp_ns, (before, serialize(joints(now), JOINTS)), 1e-9)
+        state.add(decoder, stamp_ns, (before, before), 1e-9)
 
-    results = comparison.ordered()
-    assert results[0].topic == '/pose'
-    worst = results[0]
-    assert (worst.compared, worst.different, worst.worst_field) == (3, 2, 'position[0]')
-    assert worst.first is not None
-    assert (worst.first_ns, worst.first.second) == (2, 1.1)
-    assert comparison.results['/state'].same
-    assert not comparison.results['/landmarks'].same, 'what was not compared is not the same'
+    assert (pose.compared, pose.different, pose.worst_field) == (3, 2, 'position[0]')
+    assert pose.first is not None
+    assert (pose.first_ns, pose.first.second) == (2, 1.1)
+    assert state.same
+    assert not landmarks.same, 'what was not compared is not the same'
 
 
 @pytest.fixture

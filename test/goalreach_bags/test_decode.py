@@ -8,7 +8,7 @@ from rcl_interfaces.msg import Log
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from goalreach_bags.decode import Decoder, PaddingEraser, begins_with_stamp
+from goalreach_bags.decode import Decoder, begins_with_stamp, erase_padding
 from goalreach_msgs_py.cdr import MessageError, stamp_of
 from goalreach_msgs_py.errors import GoalreachError
 from small_bags import STORE, serialize, string_topic
@@ -43,10 +43,9 @@ def test_bytes_between_fields_are_erased() -> None:
     assert clean[gap : gap + 3] == bytes(3)
     dirty[gap] = 0xAB
 
-    eraser = PaddingEraser()
-    assert eraser.erase('geometry_msgs/msg/PointStamped', bytes(dirty)) == clean
-    assert eraser.erase('geometry_msgs/msg/PointStamped', b'junk') == b'junk'
-    assert eraser.erase('my_msgs/msg/Own', bytes(dirty)) == bytes(dirty)
+    assert erase_padding('geometry_msgs/msg/PointStamped', bytes(dirty)) == clean
+    assert erase_padding('geometry_msgs/msg/PointStamped', b'junk') == b'junk'
+    assert erase_padding('my_msgs/msg/Own', bytes(dirty)) == bytes(dirty)
 
 
 def test_type_of_another_definition_is_refused() -> None:

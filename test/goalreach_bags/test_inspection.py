@@ -8,9 +8,8 @@ from mcap.writer import IndexType
 import pytest
 import zstandard
 
-from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
-from goalreach_bags.repair import repair_bag
+from goalreach_bags.repair import inspect_bag, repair_bag
 from goalreach_bags.report import show_bag
 from goalreach_bags.storage import BagError
 from small_bags import string_topic, text_message, texts, write_bag, write_foreign

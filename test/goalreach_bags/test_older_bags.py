@@ -8,14 +8,12 @@ from typing import Any
 
 from mcap.writer import Writer
 import pytest
-from rosbags.interfaces import QosReliability
 from rosbags.rosbag2 import Reader
 import yaml
 import zstandard
 
-from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
-from goalreach_bags.repair import repair_bag
+from goalreach_bags.repair import inspect_bag, repair_bag
 from goalreach_bags.report import show_bag
 from goalreach_bags.storage import BagError
 from goalreach_bags.topic import message_definition
@@ -111,9 +109,8 @@ def test_sqlite_of_every_version_is_read_whole_and_left_alone(
     assert read_times(bag) == [1, 2, 3, 4, 5]
     with BagReader(bag) as reader:
         offers = reader.topics['/text'].offers
-        assert [offer.reliability for offer in offers] == (
-            [QosReliability.BEST_EFFORT] if version >= 2 else []
-        )
+        reliabilities = [offer['reliability'] for offer in offers]
+        assert reliabilities == (['best_effort'] if version >= 2 else [])
         distro = 'humble' if version >= 3 and not has_metadata else ''
         assert reader.metadata.distro == distro, 'that of an older recorder is not known'
 

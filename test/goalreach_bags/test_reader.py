@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
-from goalreach_bags.repair import repair_bag
+from goalreach_bags.repair import inspect_bag, repair_bag
 from goalreach_bags.storage import BagError
 from small_bags import DEFAULT_OFFER, texts, write_bag
 

@@ -34,6 +34,15 @@ def test_tick_is_complete_when_all_required_is_there() -> None:
     assert order.complete
 
 
+def test_what_several_publishers_repeat_on_one_topic_is_taken_once() -> None:
+    order = TickOrder(['/image', '/pose'])
+    status: list[Given] = [('/status', 40, b'one'), ('/status', 40, b'other')]
+
+    found = taken(order, [*status, *tick(40), *status, *tick(40), ('/status', 80, b'next')])
+
+    assert [data for topic, _, data in found if topic == '/status'] == [b'one', b'other', b'next']
+
+
 def test_what_came_before_the_first_tick_gets_its_time() -> None:
     order = TickOrder(['/image', '/pose'])
 

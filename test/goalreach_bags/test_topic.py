@@ -3,18 +3,20 @@
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from rosbags.interfaces import QosReliability, QosTime
+from rosbags.interfaces import QosReliability
 
 from goalreach_bags.topic import message_definition, offers_to_text, parse_offers
 from goalreach_msgs_py.errors import GoalreachError
 from small_bags import DEFAULT_OFFER
 
+RELIABILITIES = st.sampled_from([one.name.lower() for one in QosReliability])
 
-@given(st.integers(0, 2**31), st.integers(0, 10**9 - 1), st.sampled_from(QosReliability))
-def test_offers_survive_their_text(sec: int, nsec: int, reliability: QosReliability) -> None:
+
+@given(st.integers(0, 2**31), st.integers(0, 10**9 - 1), RELIABILITIES)
+def test_offers_survive_their_text(sec: int, nsec: int, reliability: str) -> None:
     offers = (
-        DEFAULT_OFFER._replace(deadline=QosTime(sec, nsec), reliability=reliability),
-        DEFAULT_OFFER._replace(depth=3),
+        {**DEFAULT_OFFER, 'deadline': {'sec': sec, 'nsec': nsec}, 'reliability': reliability},
+        {**DEFAULT_OFFER, 'depth': 3},
     )
 
     assert parse_offers(offers_to_text(offers)) == offers

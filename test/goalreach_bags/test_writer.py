@@ -12,11 +12,11 @@ import pytest
 from rosbags.rosbag2 import Reader
 import yaml
 
-from goalreach_bags import mcap_file as mcap_writer_file
-from goalreach_bags import sqlite_file as sqlite_writer_file
+from goalreach_bags import writer
 from goalreach_bags.mcap_file import McapWriter
 from goalreach_bags.options import StorageOptions
 from goalreach_bags.reader import BagReader
+from goalreach_bags.repair import repair_bag
 from goalreach_bags.storage import BagError, BagStoppedError
 from goalreach_bags.writer import BagWriter
 from small_bags import STORE, STRING, string_topic, text_message, texts, write_bag
@@ -159,12 +159,10 @@ def test_full_disk_closes_a_bag_that_is_whole(
         if written == 3:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path), needed)
 
-    module: Any = mcap_writer_file if storage == 'mcap' else sqlite_writer_file
-    monkeypatch.setattr(module, 'require_free_space', require_free_space)
-    size = BIG if storage == 'mcap' else 5 * BIG
+    monkeypatch.setattr(writer, 'require_free_space', require_free_space)
 
     with pytest.raises(BagStoppedError, match='recording stopped, the bag so far is complete'):
-        write_bag(tmp_path / 'bag', texts(100, size), storage=storage)
+        write_bag(tmp_path / 'bag', texts(100, BIG), storage=storage)
 
     with BagReader(tmp_path / 'bag') as bag:
         found = [message.time_ns for message in bag.messages()]
@@ -173,7 +171,7 @@ def test_full_disk_closes_a_bag_that_is_whole(
         assert 10 < len(found) < 40
 
 
-def test_write_that_fails_half_way_leaves_a_sound_file(
+def test_write_that_fails_half_way_leaves_what_repair_makes_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Cramped:
@@ -198,8 +196,9 @@ def test_write_that_fails_half_way_leaves_a_sound_file(
         self._stream = Cramped(self._stream)  # type: ignore[assignment]
 
     monkeypatch.setattr(McapWriter, '__init__', cramp)
-    with pytest.raises(BagStoppedError, match='the bag so far is complete'):
+    with pytest.raises(BagStoppedError, match='the bag so far needs record --repair'):
         write_bag(tmp_path / 'bag', texts(100, BIG))
+    repair_bag(tmp_path / 'bag')
 
     with BagReader(tmp_path / 'bag') as bag:
         assert len(list(bag.messages())) == bag.counts['/text'] == 8

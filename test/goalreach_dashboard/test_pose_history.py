@@ -47,7 +47,7 @@ def test_a_jump_or_an_earlier_stamp_begins_a_new_trail(later: tuple[int, float])
     stamp_ns, x_m = later
     poses.add_truth(stamp_ns, pose(x_m, 1.0))
     assert len(poses.trail.text.split()) == 1
-    assert poses.truth_at(TICK_NS) is None
+    assert TICK_NS not in poses.truths
 
 
 def test_an_estimate_of_the_last_path_is_not_on_the_trail_of_this_one() -> None:
@@ -88,4 +88,4 @@ def test_a_simulated_day_keeps_the_memory() -> None:
         )
     assert len(poses.trail.text) < 60_000
     assert len(poses.estimate_trail.text) < 60_000
-    assert len(poses._truths) <= 256
+    assert len(poses.truths) <= 256

@@ -276,6 +276,23 @@ def test_a_learning_robot_has_no_mode_and_lockstep_no_speed(tmp_path: Path) -> N
         assert not page.find('record').is_enabled()
 
 
+def test_the_model_of_a_planner_grows_on_the_page(tmp_path: Path) -> None:
+    require_browser()
+    learn = ['--learn', '--learner', 'planner', '--policy', str(tmp_path / 'learned.json')]
+    words = ['run', '--dashboard', '--composed', '--clock', 'lockstep', '--seed', '1', *learn]
+    with terminal(words, tmp_path) as run, open_page(run.url) as page:
+        assert page.until(lambda: page.has('felt-wall'), _LIMIT_S)
+        assert page.find('model').find_elements('css selector', '.known')
+        assert page.until(
+            lambda: re.fullmatch(
+                r'[1-4] walls? felt, [3-9] regions, \d imagined',
+                page.text('model-text'),
+            ),
+            _LIMIT_S,
+        )
+        assert page.errors() == []
+
+
 def test_nobody_waits_for_a_page_that_is_not_open(tmp_path: Path) -> None:
     with terminal([*_QUICK, '--paths', '1'], tmp_path) as run:
         assert run.process.wait(_LIMIT_S) == 0

@@ -9,62 +9,37 @@ KEY = ('noise', 'robot')
 CASES = [{'noise': 'none', 'robot': 0}, {'noise': 'none', 'robot': 1}]
 
 
-def open_file(path: Path | None, **settings: object) -> ResultsFile:
-    return ResultsFile(path, key=KEY, settings=settings or None)
+def open_file(path: Path | None) -> ResultsFile:
+    return ResultsFile(path, key=KEY)
 
 
 def test_finished_cases_are_kept_and_not_missing(tmp_path: Path) -> None:
     path = tmp_path / 'new' / 'study.jsonl'
-    file = open_file(path, seed=1, sizes=(2, 3))
+    file = open_file(path)
     assert file.missing(CASES) == CASES
     file.add(CASES[1], {'error_in': (0.5, 1.0)})
-    for results in (file, open_file(path, seed=1, sizes=(2, 3))):
+    for results in (file, open_file(path)):
         assert results.missing(CASES) == CASES[:1]
         assert results.select(CASES) == [{'noise': 'none', 'robot': 1, 'error_in': [0.5, 1.0]}]
-    assert path.read_text().splitlines() == [
-        '{"settings": {"seed": 1, "sizes": [2, 3]}}',
-        '{"noise": "none", "robot": 1, "error_in": [0.5, 1.0]}',
-    ]
+    assert path.read_text() == '{"noise": "none", "robot": 1, "error_in": [0.5, 1.0]}\n'
 
 
 @pytest.mark.parametrize('end', ['', '\n'])
-@pytest.mark.parametrize('settings', [{}, {'seed': 1}])
-def test_an_incomplete_line_loses_its_own_case_alone(
-    tmp_path: Path, settings: dict[str, object], end: str
-) -> None:
+def test_an_incomplete_line_loses_its_own_case_alone(tmp_path: Path, end: str) -> None:
     path = tmp_path / 'study.jsonl'
-    open_file(path, **settings).add(CASES[0], {'n': 1})
+    open_file(path).add(CASES[0], {'n': 1})
     with path.open('a') as stream:
         stream.write('{"noise": "none", "rob' + end)
-    file = open_file(path, **settings)
+    file = open_file(path)
     assert file.missing(CASES) == CASES[1:]
     file.add(CASES[1], {'n': 2})
-    assert [one['n'] for one in open_file(path, **settings).results] == [1, 2]
+    assert [one['n'] for one in open_file(path).results] == [1, 2]
 
 
 def test_results_stay_in_memory_without_a_file() -> None:
     file = open_file(None)
     file.add(CASES[0], {'n': 1})
     assert file.results == [{**CASES[0], 'n': 1}]
-
-
-@pytest.mark.parametrize(
-    ('settings', 'reason'),
-    [
-        ({'seed': 2}, 'holds results of seed = 1, not 2'),
-        ({'seed': 1, 'images': 9}, 'holds results of images = None, not 9'),
-        ({}, r"settings = \{'seed': 1\}: must be None"),
-    ],
-)
-def test_results_of_other_settings_are_refused(
-    tmp_path: Path, settings: dict[str, object], reason: str
-) -> None:
-    path = tmp_path / 'study.jsonl'
-    open_file(path, seed=1).add(CASES[0], {'n': 1})
-    before = path.read_bytes()
-    with pytest.raises(FileFormatError, match=reason):
-        open_file(path, **settings)
-    assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize(

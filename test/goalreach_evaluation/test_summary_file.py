@@ -21,8 +21,8 @@ def test_reads_the_traced_paths(tmp_path: Path) -> None:
     ]
     found = read_recorded_run(write(tmp_path, {'mode': 'crisp', 'paths': paths}))
     assert found.mode == 'crisp'
-    assert [path.outcome for path in found.paths] == ['timeout']
-    assert found.paths[0].points_m.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert [outcome for _, outcome in found.paths] == ['timeout']
+    assert found.paths[0][0].tolist() == [[1.0, 2.0], [3.0, 4.0]]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """Differences between two messages, two bags, and between a recorded run and a recomputed one."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 import hashlib
 import itertools
 import math
@@ -56,8 +57,7 @@ def differences(first: object, second: object) -> Iterator[FieldDifference]:
             (name, _), values = mine or yours, (mine and mine[1], yours and yours[1])
             yield FieldDifference(name, *values, math.inf)
             return
-        difference = _compare_field(mine[0], mine[1], yours[1])
-        if difference is not None:
+        if difference := _compare_field(mine[0], mine[1], yours[1]):
             yield difference
 
 
@@ -146,17 +146,16 @@ def _compare_topic(
 ) -> TopicComparison:
     counts = (len(digests[0]), len(digests[1]))
     types = [bag.topics[name].type_name for bag in bags if name in bag.topics]
+    result = partial(TopicComparison, topic=name, counts=counts)
     if len(types) == 1:
-        return TopicComparison(topic=name, counts=counts, where='only in one of them', time_ns=0)
+        return result(where='only in one of them', time_ns=0)
     if types[0] != types[1]:
-        where = f'{types[0]} in one, {types[1]} in the other'
-        return TopicComparison(topic=name, counts=counts, where=where, time_ns=0)
-    for index, (left, right) in enumerate(itertools.zip_longest(*digests)):
-        if left != right:
-            where = _describe(name, index, bags, (left, right))
-            time_ns = _nth(bags[0] if left else bags[1], name, index).time_ns
-            return TopicComparison(topic=name, counts=counts, where=where, time_ns=time_ns)
-    return TopicComparison(topic=name, counts=counts)
+        return result(where=f'{types[0]} in one, {types[1]} in the other', time_ns=0)
+    for index, pair in enumerate(itertools.zip_longest(*digests)):
+        if pair[0] != pair[1]:
+            time_ns = _nth(bags[0] if pair[0] else bags[1], name, index).time_ns
+            return result(where=_describe(name, index, bags, pair), time_ns=time_ns)
+    return result()
 
 
 def _describe(
@@ -209,50 +208,29 @@ class TopicResult:
         """Whether nothing differs beyond the tolerance, and something was compared."""
         return self.compared > 0 and not self.different
 
-
-@dataclass
-class Recomputation:
-    """Compares the recomputed outputs with the recorded ones, stamp by stamp.
-
-    Attributes:
-        decoder: Decoder of the bag's topics.
-        tolerance: Largest difference of a field that is accepted.
-        results: Results by topic.
-    """
-
-    decoder: Decoder
-    tolerance: float
-    results: dict[str, TopicResult] = field(
-        default_factory=lambda: {name: TopicResult(topic=name) for name in OUTPUTS}
-    )
-
-    def compare(self, topic: str, stamp_ns: int, recorded: bytes, recomputed: bytes) -> None:
-        """Compare one message.
+    def add(
+        self, decoder: Decoder, stamp_ns: int, messages: tuple[bytes, bytes], tolerance: float
+    ) -> None:
+        """Compare one recorded message with the one published now.
 
         Args:
-            topic: Its topic.
-            stamp_ns: Its stamp.
-            recorded: The message in the bag.
-            recomputed: The message published now.
+            decoder: Decoder of the topic.
+            stamp_ns: Their stamp.
+            messages: The recorded one and the recomputed one.
+            tolerance: Largest difference of a field that is accepted.
 
         Raises:
             GoalreachError: One of them is no message of the topic's type.
         """
-        result = self.results[topic]
-        result.compared += 1
-        if recorded == recomputed:
+        self.compared += 1
+        if messages[0] == messages[1]:
             return
-        decode = self.decoder.decode
-        found = list(differences(decode(topic, recorded), decode(topic, recomputed)))
+        found = list(differences(*(decoder.decode(self.topic, data) for data in messages)))
         for difference in found:
-            if difference.amount > result.worst:
-                result.worst, result.worst_field = difference.amount, difference.field
-        beyond = [d for d in found if not d.amount <= self.tolerance]
+            if difference.amount > self.worst:
+                self.worst, self.worst_field = difference.amount, difference.field
+        beyond = [d for d in found if not d.amount <= tolerance]
         if beyond:
-            result.different += 1
-            if result.first is None:
-                result.first, result.first_ns = beyond[0], stamp_ns
-
-    def ordered(self) -> list[TopicResult]:
-        """Return the results, the earliest difference first."""
-        return sorted(self.results.values(), key=lambda result: result.first_ns)
+            self.different += 1
+            if self.first is None:
+                self.first, self.first_ns = beyond[0], stamp_ns

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 import dataclasses
+from functools import lru_cache
 from typing import Any, Final
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -100,28 +101,25 @@ def flatten(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
         yield name, value
 
 
-class PaddingEraser:
-    """Sets the bytes between the fields of messages to zero: DDS leaves them undefined."""
+@lru_cache(maxsize=1)
+def _jazzy_types() -> Typestore:
+    return get_typestore(Stores.ROS2_JAZZY)
 
-    def __init__(self) -> None:
-        self._store: Typestore = get_typestore(Stores.ROS2_JAZZY)
 
-    def erase(self, type_name: str, data: bytes) -> bytes:
-        """Return a message with zeros between its fields; unchanged where that cannot be done.
+def erase_padding(type_name: str, data: bytes) -> bytes:
+    """Return a message with zeros between its fields, which DDS leaves undefined.
 
-        Args:
-            type_name: `package/msg/Name`.
-            data: The message.
-        """
-        if type_name not in self._store.fielddefs:
-            return data
-        try:
-            message = self._store.deserialize_cdr(data, type_name)
-            result = bytes(self._store.serialize_cdr(message, type_name))
-        except Exception:  # noqa: BLE001 - bad bytes lead to any error; they are kept
-            return data
-        missing = len(data) - len(result)
-        return result + bytes(missing) if 0 <= missing < _ALIGNMENT else data
+    It is unchanged where that cannot be done.
+    """
+    store = _jazzy_types()
+    if type_name not in store.fielddefs:
+        return data
+    try:
+        result = bytes(store.serialize_cdr(store.deserialize_cdr(data, type_name), type_name))
+    except Exception:  # noqa: BLE001 - bad bytes lead to any error; they are kept
+        return data
+    missing = len(data) - len(result)
+    return result + bytes(missing) if 0 <= missing < _ALIGNMENT else data
 
 
 def begins_with_stamp(type_name: str, message_class: Any) -> bool:  # noqa: ANN401 - generated

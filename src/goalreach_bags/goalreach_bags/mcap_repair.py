@@ -25,7 +25,7 @@ from mcap.writer import CompressionType, Writer
 import zstandard
 
 from goalreach_bags.metadata import ROS_DISTRO
-from goalreach_bags.storage import NOT_CLOSED, ZSTD_MAGIC, BagError, FileSpan
+from goalreach_bags.storage import NOT_CLOSED, ZSTD_MAGIC, BagError, FileSpan, StorageScan
 from goalreach_bags.topic import BagTopic, parse_offers
 
 MAGIC: Final = b'\x89MCAP0\r\n'
@@ -43,9 +43,6 @@ _COMPRESSIONS: Final = {
     'lz4': CompressionType.LZ4,
     'zstd': CompressionType.ZSTD,
 }
-_PROBLEMS: Final = 3
-"""So many problems are shown; the others are counted."""
-
 _KNOWN: Final = frozenset(Opcode)
 _CHUNK_HEAD_BYTES: Final = 53
 _CHUNK: Final = re.compile(
@@ -88,64 +85,25 @@ def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
     )
 
 
-@dataclass
-class McapScan:
+@dataclass(kw_only=True)
+class McapScan(StorageScan):
     """Result of reading an MCAP file record by record.
 
     Attributes:
-        path: The file.
-        span: Its sound messages.
         schemas: Schemas by number.
         channels: Channels by number.
-        metadata: Copy of the bag's metadata, or empty.
-        distro: ROS distribution, or empty.
-        problems: Why the file needs repair, in order; none for a sound file.
-        dropped_bytes: Bytes of records that are not sound.
-        compressed: Whether each message is compressed by itself.
     """
 
-    path: Path
-    span: FileSpan
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    metadata: str = ''
-    distro: str = ''
-    problems: dict[str, None] = field(default_factory=dict)
-    dropped_bytes: int = 0
-    compressed: bool = False
     _header: Header = field(default_factory=lambda: Header(profile='ros2', library=''))
     _compression: str = ''
     _chunks: dict[int, set[int]] = field(default_factory=dict)
     _indexed: dict[int, set[int]] = field(default_factory=dict)
     _described: set[tuple[Opcode, int]] = field(default_factory=set)
 
-    @property
-    def indexed(self) -> bool:
-        """Whether its chunks, if it has any, can be found by an index."""
-        return bool(self._indexed)
-
-    @property
-    def damage(self) -> str:
-        """Why the file needs repair, on one line; empty for a sound file."""
-        more = len(self.problems) - _PROBLEMS
-        shown = '; '.join(list(self.problems)[:_PROBLEMS])
-        return shown + (f'; {more} more' if more > 0 else '')
-
-    @property
-    def topics(self) -> tuple[BagTopic, ...]:
-        """Its topics."""
-        return tuple(channel_topic(c, self.schemas) for c in self.channels.values())
-
     def write_repaired(self, target: Path, metadata: str) -> None:
-        """Write the sound records to a new file, with new indexes and a new summary.
-
-        Args:
-            target: The file, which must not exist.
-            metadata: Metadata of the bag, of which the file keeps a copy.
-
-        Raises:
-            OSError: It cannot be written.
-        """
+        """Write the sound records to a new file, with a new summary too."""
         with target.open('xb') as stream:
             writer = Writer(stream, compression=_COMPRESSIONS[self._compression])
             writer.start(profile=self._header.profile, library=self._header.library)
@@ -189,6 +147,8 @@ class McapScan:
         if not self.problems and promised not in (None, found):
             self._add_problem(f'its statistics promise {promised} messages and {found} are there')
         self._compare_index()
+        self.indexed = bool(self._indexed)
+        self.topics = tuple(channel_topic(c, self.schemas) for c in self.channels.values())
 
     def _compare_index(self) -> None:
         """Compare the index with the chunks; an entry may leave out all channels, but not some."""

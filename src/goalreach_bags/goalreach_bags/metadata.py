@@ -9,12 +9,13 @@ from typing import Any, Final
 import yaml
 
 from goalreach_bags.storage import NO_TIME_NS, BagError, FileSpan
-from goalreach_bags.topic import BagTopic, offers_to_list, parse_offers
+from goalreach_bags.topic import BagTopic, parse_offers
 from goalreach_msgs_py.files import load_yaml, write_text_atomically
+from goalreach_msgs_py.ros.distribution import JAZZY
 
 METADATA_NAME: Final = 'metadata.yaml'
 METADATA_VERSION: Final = 9
-ROS_DISTRO: Final = 'jazzy'
+ROS_DISTRO: Final = JAZZY.name
 _ROOT: Final = 'rosbag2_bagfile_information'
 _NAME_BYTES: Final = 255
 """Longest name of a file on Linux."""
@@ -60,7 +61,7 @@ class BagMetadata:
                         'name': topic.name,
                         'type': topic.type_name,
                         'serialization_format': topic.serialization,
-                        'offered_qos_profiles': offers_to_list(topic.offers),
+                        'offered_qos_profiles': list(topic.offers),
                         'type_description_hash': topic.type_hash,
                     },
                     'message_count': self.total.counts.get(topic.name, 0),
@@ -160,7 +161,16 @@ def _parse(document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
         raise ValueError('a name that no file can have')
     return BagMetadata(
         storage=str(document['storage_identifier']),
-        topics=tuple(_topic(entry['topic_metadata']) for entry in listed),
+        topics=tuple(
+            BagTopic(
+                name=str(topic['name']),
+                type_name=str(topic['type']),
+                type_hash=str(topic.get('type_description_hash') or ''),
+                offers=parse_offers(topic.get('offered_qos_profiles')),
+                serialization=str(topic.get('serialization_format', 'cdr')),
+            )
+            for topic in (entry['topic_metadata'] for entry in listed)
+        ),
         files=tuple(FileSpan(name=name) for name in names),
         total=FileSpan(
             name='',
@@ -173,14 +183,4 @@ def _parse(document: Any) -> BagMetadata:  # noqa: ANN401 - as YAML gives it
         custom={str(k): str(v) for k, v in custom.items()} if isinstance(custom, dict) else {},
         distro=str(document.get('ros_distro') or ''),
         version=version,
-    )
-
-
-def _topic(document: Any) -> BagTopic:  # noqa: ANN401 - as YAML gives it
-    return BagTopic(
-        name=str(document['name']),
-        type_name=str(document['type']),
-        type_hash=str(document.get('type_description_hash') or ''),
-        offers=parse_offers(document.get('offered_qos_profiles')),
-        serialization=str(document.get('serialization_format', 'cdr')),
     )

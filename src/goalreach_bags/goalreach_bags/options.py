@@ -1,18 +1,14 @@
 """Options of a recording and of a replay: which topics, how stored, how played."""
 
 from dataclasses import dataclass, field
-import math
 from pathlib import Path
 import re
-from typing import Final
 
 from goalreach_bags.storage import STORAGES
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.files import read_text
 from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
-
-_BYTES_PER_MB: Final = 1_000_000
-_NS_PER_S: Final = 1_000_000_000
+from goalreach_msgs_py.topics import CLOCK
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,16 +82,6 @@ class StorageOptions(CommandOptions):
         None, 'start a new file after this time, seconds', metavar='S', above=0.0
     )
 
-    @property
-    def max_bytes(self) -> float:
-        """Size at which a new file is started."""
-        return math.inf if self.max_size is None else self.max_size * _BYTES_PER_MB
-
-    @property
-    def max_duration_ns(self) -> float:
-        """Duration after which a new file is started."""
-        return math.inf if self.max_duration is None else self.max_duration * _NS_PER_S
-
 
 @dataclass(frozen=True, kw_only=True)
 class RecordOptions(CommandOptions):
@@ -114,6 +100,11 @@ class RecordOptions(CommandOptions):
     )
     repair: bool = option(False, 'repair the bag DIR of a recorder that was killed')
     replace: bool = option(False, 'with --repair: do not keep damaged files as NAME.damaged')
+    robots: tuple[str, ...] = option(
+        (), 'namespace of a run in lockstep that waits for the recorder; repeatable',
+        flag='--robot', metavar='NAME', repeatable=True,
+    )  # fmt: skip
+    clock_topic: str = option(CLOCK, 'clock of the run', hidden=True)
     with_run: str | None = option(
         None, 'clock of the run that the recorder belongs to', choices=('lockstep', 'realtime'),
         hidden=True,

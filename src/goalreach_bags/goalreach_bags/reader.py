@@ -1,8 +1,7 @@
 """Reading a bag; every mistake is one line."""
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 import logging
 from pathlib import Path
 import shutil
@@ -11,7 +10,6 @@ from typing import Final
 
 import zstandard
 
-from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.mcap_file import McapReader
 from goalreach_bags.metadata import (
     METADATA_NAME,
@@ -20,6 +18,7 @@ from goalreach_bags.metadata import (
     read_metadata,
     total_span,
 )
+from goalreach_bags.repair import inspect_bag
 from goalreach_bags.sqlite_file import SqliteReader
 from goalreach_bags.storage import BagError, BagMessage, storage_files
 from goalreach_bags.topic import merge_topics
@@ -59,7 +58,7 @@ class BagReader(ExitStack):
         self.metadata = _read_metadata(self.path)
         with _one_line(self.path), ExitStack() as opened:
             make, files = _READERS[self.metadata.storage], self._storage_paths(opened)
-            self._files = [opened.enter_context(closing(make(file))) for file in files]
+            self._files = [make(file, opened) for file in files]
             self.push(opened.pop_all())
         sources = (*self._files, self.metadata)
         self.topics = merge_topics(topic for source in sources for topic in source.topics)
@@ -67,11 +66,6 @@ class BagReader(ExitStack):
         self.counts: dict[str, int] = {**dict.fromkeys(self.topics, 0), **total.counts}
         self.first_ns = total.first_ns if total.message_count else 0
         self.last_ns = total.last_ns if total.message_count else 0
-
-    @property
-    def size(self) -> int:
-        """Bytes of its files."""
-        return sum((self.path / file.name).stat().st_size for file in self.metadata.files)
 
     def require(self, names: Collection[str]) -> None:
         """Check that topics have messages.
@@ -102,19 +96,17 @@ class BagReader(ExitStack):
         """
         wanted = set(self.topics if topics is None else topics) & self.topics.keys()
         compressed = self.metadata.compression_mode == 'MESSAGE'
-        found = Counter[str]()
+        found = 0
         with _one_line(self.path):
             for file in self._files:
                 for name, time_ns, data in file.messages(wanted, start_ns, stop_ns):
-                    found[name] += 1
+                    found += 1
                     content = zstandard.decompress(data) if compressed else data
                     yield BagMessage(topic=name, time_ns=time_ns, data=content)
-        if start_ns is None and stop_ns is None:
-            self._require_all(wanted, found.total())
-
-    def _require_all(self, topics: Collection[str], found: int) -> None:
+        if start_ns is not None or stop_ns is not None:
+            return
         for source, counts in (('files', self.counts), ('metadata', self.metadata.total.counts)):
-            promised = sum(counts.get(name, 0) for name in topics)
+            promised = sum(counts.get(name, 0) for name in wanted)
             if found < promised:
                 problem = f'holds {found} of the {promised} messages that its {source} promise'
                 raise BagError(self.path, _with_advice(self.path, problem))
@@ -168,7 +160,7 @@ def _with_advice(path: Path, problem: str) -> str:
 
 @contextmanager
 def _one_line(path: Path) -> Iterator[None]:
-    """Turn any error that a damaged file causes into one line that says what is the matter."""
+    """Turn any error that a damaged file causes into one line that names the fault."""
     try:
         yield
     except (BagError, GeneratorExit, KeyboardInterrupt):

@@ -7,25 +7,26 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from goalreach_bags.compare import TopicComparison, TopicResult
-from goalreach_bags.inspection import inspect_bag
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import CLOCK_KEY, PARAMETERS_KEY, lost_messages
+from goalreach_bags.repair import inspect_bag
 
 _NS: Final = 1e-9
 _DECODED: Final = ('ros2msg', 'ros2idl', '')
-_CHECKED_BYTES: Final = 256_000_000
+_CHECKED_MB: Final = 256.0
 """Bags up to this size are read whole without being asked, in seconds. Chosen."""
 
 
 def show_bag(bag: BagReader, *, check: bool | None) -> None:
-    """Print the contents of a bag in short, and what is the matter with it.
+    """Print a summary of a bag and its faults.
 
     Args:
         bag: The bag.
         check: Whether to read all of it, check sums included; None: unless it is large.
     """
     out = Console(highlight=False, markup=False)
-    metadata, size_mb = bag.metadata, bag.size * 1e-6
+    metadata = bag.metadata
+    size_mb = sum((bag.path / file.name).stat().st_size for file in metadata.files) * 1e-6
     lasts_s = (bag.last_ns - bag.first_ns) * _NS
     lost = lost_messages(metadata.custom)
     known = PARAMETERS_KEY in metadata.custom
@@ -38,7 +39,7 @@ def show_bag(bag: BagReader, *, check: bool | None) -> None:
         ('clock', {'sim': '/clock', 'wall': 'wall'}.get(clock, 'unknown')),
         ('time', f'{bag.first_ns * _NS:.3f} s to {bag.last_ns * _NS:.3f} s: {lasts_s:.3f} s'),
         ('messages', f'{sum(bag.counts.values())}, lost {sum(lost.values())}'),
-        ('state', _state(bag, check=bag.size <= _CHECKED_BYTES if check is None else check)),
+        ('state', _state(bag, check=size_mb <= _CHECKED_MB if check is None else check)),
         ('parameters', 'those of the run are kept' if known else 'unknown'),
     ):
         out.print(f'{name + ":":<12}{value}', soft_wrap=True)

@@ -21,7 +21,6 @@ from goalreach_evaluation.figures.arena_axes import (
     to_inches,
 )
 from goalreach_msgs_py.angles import INCH_M
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
 
 _JUMP_M: Final = 0.1
 """Longer steps of the truth are placements, not driving. Chosen: ten times a step."""
@@ -95,7 +94,8 @@ def _error(series: RunSeries) -> Figure:
 
 def _memberships(series: RunSeries) -> Figure:
     figure, axes = _rows(series, 'Memberships', 2)
-    for axis, labels, first in ((axes[0], X_LABELS, 0), (axes[1], Y_LABELS, 3)):
+    columns, rows = series.arena.regions.labels
+    for axis, labels, first in ((axes[0], columns, 0), (axes[1], rows, len(columns))):
         for k, label in enumerate(labels):
             axis.plot(series.time_s, series.memberships[:, first + k], label=label)
         axis.set_ylabel('membership')

@@ -37,12 +37,12 @@ _NS: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class RunSeries:
-    """Time series of a run; one row per stamp with truth, pose and state.
+    """Time series of a run; one row per stamp with pose, state and, if recorded, truth.
 
     Attributes:
         arena: The arena.
         time_s: The stamps, (n).
-        truth: True x, y, heading, m and rad, (n, 3).
+        truth: True x, y, heading, m and rad, (n, 3); NaN where the bag has none.
         estimate: Estimated x, y, heading, (n, 3); NaN where the state was uncertain.
         sigma: Standard deviations of the estimate, (n, 3); NaN likewise.
         memberships: Of LEFT-SIDE, FRONT, RIGHT-SIDE, NEAR, MEDIUM, FAR, (n, 6).
@@ -75,10 +75,11 @@ def read_run_series(bag: BagReader) -> RunSeries:
     """Return the time series of a run.
 
     Raises:
-        GoalreachError: The bag lacks truth, pose or state, or a message is of another type.
+        GoalreachError: The bag lacks pose or state, or a message is of another type.
     """
-    needed = (topics.GROUND_TRUTH, topics.POSE, topics.STATE)
+    needed = [topics.POSE, topics.STATE]
     bag.require(needed)
+    needed += [topics.GROUND_TRUTH] * bool(bag.counts.get(topics.GROUND_TRUTH))
     by_topic: dict[str, dict[int, Any]] = {name: {} for name in _READERS}
     for message in bag.messages(_READERS):
         latched = message.topic == topics.Q_TABLE
@@ -94,12 +95,13 @@ def read_run_series(bag: BagReader) -> RunSeries:
     variances = [estimate.covariance.diagonal() for estimate in estimates]
     states = [by_topic[topics.STATE][s] for s in stamps]
     doubt = np.array([[state.confidence is not Confidence.OK] for state in states])
-    region = np.array([3 * x + y for x, y in (state.region for state in states)])
+    region = np.array([s.region[0] * len(s.mu_y) + s.region[1] for s in states])
+    truths = by_topic[topics.GROUND_TRUTH]
     twists = [by_topic[topics.CMD_VEL].get(s, _NO_COMMAND) for s in stamps]
     return RunSeries(
         arena=recorded_arena(bag),
         time_s=np.array(stamps) * _NS,
-        truth=np.array([_pose(by_topic[topics.GROUND_TRUTH][s].pose) for s in stamps]),
+        truth=np.array([_pose(truths[s].pose) if truths else [np.nan] * 3 for s in stamps]),
         estimate=np.where(doubt, np.nan, [_pose(estimate.pose) for estimate in estimates]),
         sigma=np.where(doubt, np.nan, np.sqrt(variances)),
         memberships=np.array([(*state.mu_x, *state.mu_y) for state in states]),
@@ -120,6 +122,6 @@ def _q_over_time(
     if not tables:
         return np.full((len(stamps), 8), np.nan)
     times = sorted(tables)
-    q = np.array([tables[t].reshape(9, -1) for t in times])
+    q = np.array([tables[t].reshape(-1, tables[t].shape[-1]) for t in times])
     valid = np.maximum(np.searchsorted(times, stamps, side='right') - 1, 0)
     return np.asarray(q[valid, region], dtype=np.float64)

@@ -1,17 +1,17 @@
 """SQLite files of rosbag2: written as Jazzy does, read and repaired in every version."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
 import errno
 from functools import partial
 from pathlib import Path
 import shutil
 import sqlite3
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Final
 
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 import zstandard
 
 from goalreach_bags.metadata import METADATA_VERSION, ROS_DISTRO
@@ -22,121 +22,76 @@ from goalreach_bags.storage import (
     ZSTD_MAGIC,
     BagError,
     FileSpan,
-    require_free_space,
+    StorageScan,
+    StoredMessage,
 )
 from goalreach_bags.topic import BagTopic, offers_to_text, parse_offers
 
-_TABLES: Final = """
-CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
-CREATE TABLE metadata(
-    id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
-CREATE TABLE topics(
-    id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-    serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL,
-    type_description_hash TEXT NOT NULL);
-CREATE TABLE message_definitions(
-    id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, encoding TEXT NOT NULL,
-    encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL);
-CREATE TABLE messages(
-    id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL,
-    data BLOB NOT NULL);
-CREATE INDEX timestamp_idx ON messages (timestamp ASC);
-"""
-_SCHEMA_VERSION: Final = 4
 _FIRST_TABLES: Final = {'schema', 'metadata', 'topics', 'message_definitions'}
 """Tables that are created before the one for messages."""
-
-_COMMIT_BYTES: Final = 4 * 1024 * 1024
-"""Buffered messages are committed at this size. Chosen."""
 
 
 class SqliteWriter:
     """One SQLite file of a bag being written, with the methods of `McapWriter`.
 
-    What is committed survives the death of the process. Every method may raise OSError.
+    What is appended survives if the process is killed. Every method may raise OSError.
 
     Args:
         path: The file, which must not exist.
         zstd: Whether to compress each message.
+
+    Attributes:
+        size: Bytes of messages so far.
+        closing_bytes: 0: what the file needs to be closed is not worth an estimate.
     """
 
     def __init__(self, path: Path, *, zstd: bool) -> None:
-        if path.exists():
-            raise FileExistsError(errno.EEXIST, 'exists already', str(path))
-        self._path = path
         self._zstd = zstd
         self._types: set[str] = set()
-        self._committed = self._pending = 0
+        self.size = self.closing_bytes = 0
         with _as_os_error():
-            self._base = sqlite3.connect(path, isolation_level=None)
+            self._base = sqlite3.connect(path)
             # The journal keeps a killed process's file sound; only a power cut needs the waiting.
             self._base.execute('PRAGMA synchronous=OFF')
             self._base.execute('PRAGMA journal_mode=TRUNCATE')
-            self._base.execute('BEGIN')
-            for statement in _TABLES.split(';'):
-                self._base.execute(statement)
-            self._base.execute('INSERT INTO schema VALUES(?, ?)', (_SCHEMA_VERSION, ROS_DISTRO))
-            self._base.execute('COMMIT')
-
-    @property
-    def size(self) -> int:
-        """Bytes of messages so far."""
-        return self._committed + self._pending
-
-    @property
-    def wants_flush(self) -> bool:
-        """Whether enough is buffered for a commit."""
-        return self._pending >= _COMMIT_BYTES
+            self._base.executescript(f'BEGIN; {Sqlite3Writer.SQLITE_SCHEMA} COMMIT')
+            with self._base:
+                self._base.execute('UPDATE schema SET ros_distro = ?', (ROS_DISTRO,))
 
     def add_topic(self, number: int, topic: BagTopic) -> None:
         """Add a topic and the definition of its type."""
         offers = offers_to_text(topic.offers)
         row = (number, topic.name, topic.type_name, 'cdr', offers, topic.type_hash)
-        self._execute('INSERT INTO topics VALUES(?, ?, ?, ?, ?, ?)', row)
-        if topic.type_name not in self._types:
-            self._types.add(topic.type_name)
-            self._execute(
-                'INSERT INTO message_definitions VALUES(NULL, ?, ?, ?, ?)',
-                (topic.type_name, topic.encoding, topic.definition, topic.type_hash),
-            )
-        self._execute('COMMIT')
+        with _as_os_error(), self._base:
+            self._base.execute('INSERT INTO topics VALUES(?, ?, ?, ?, ?, ?)', row)
+            if topic.type_name not in self._types:
+                self._types.add(topic.type_name)
+                self._base.execute(
+                    'INSERT INTO message_definitions VALUES(NULL, ?, ?, ?, ?)',
+                    (topic.type_name, topic.encoding, topic.definition, topic.type_hash),
+                )
 
-    def write(self, number: int, time_ns: int, _publish_ns: int, data: bytes) -> None:
-        """Add a message; the format has no place for the time of publication."""
-        stored = zstandard.compress(data, ZSTD_LEVEL) if self._zstd else data
-        self._execute('INSERT INTO messages VALUES(NULL, ?, ?, ?)', (number, time_ns, stored))
-        self._pending += len(stored)
-
-    def flush(self) -> None:
-        """Commit."""
-        if self._base.in_transaction:
-            require_free_space(self._path, 2 * self._pending)
-            self._execute('COMMIT')
-            self._committed, self._pending = self.size, 0
-
-    def drop_pending(self) -> None:
-        """Roll back."""
-        if self._base.in_transaction:
-            self._base.execute('ROLLBACK')
-        self._pending = 0
+    def append(self, messages: Sequence[StoredMessage]) -> None:
+        """Write messages; the format has no place for the time of publication."""
+        rows = [
+            (number, time_ns, zstandard.compress(data, ZSTD_LEVEL) if self._zstd else data)
+            for number, time_ns, _, data in messages
+        ]
+        with _as_os_error(), self._base:
+            self._base.executemany('INSERT INTO messages VALUES(NULL, ?, ?, ?)', rows)
+        self.size += sum(len(data) for _, _, data in rows)
 
     def finish(self, metadata: str) -> None:
-        """Commit with the bag's metadata."""
-        self.flush()
+        """Write the bag's metadata."""
         with _as_os_error():
-            _add_metadata(self._base, metadata)
+            with self._base:
+                _add_metadata(self._base, metadata)
             self._base.execute('PRAGMA journal_mode=DELETE')
         self.close()
 
     def close(self) -> None:
-        """Close without a commit."""
+        """Close the file as it is."""
         self._base.close()
-
-    def _execute(self, statement: str, values: tuple[Any, ...] = ()) -> None:
-        with _as_os_error():
-            if not self._base.in_transaction:
-                self._base.execute('BEGIN')
-            self._base.execute(statement, values)
 
 
 @contextmanager
@@ -153,21 +108,18 @@ def _add_metadata(base: sqlite3.Connection, metadata: str) -> None:
 
 
 class SqliteReader:
-    """One SQLite file open for reading, with the methods of `McapReader`; never changes the file.
+    """One SQLite file open for reading, as `McapReader`; never changes the file.
 
     Args:
         path: The file.
+        opened: Closes the file at its end.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._base = _connect(path, 'immutable=1')
-        try:
-            self._topics = _read_topics(self._base)
-            self.topics = tuple(self._topics.values())
-            self.span = _read_span(path.name, self._base, self._topics)
-        except BaseException:
-            self._base.close()
-            raise
+    def __init__(self, path: Path, opened: ExitStack) -> None:
+        self._base = opened.enter_context(closing(_connect(path, 'immutable=1')))
+        self._topics = _read_topics(self._base)
+        self.topics = tuple(self._topics.values())
+        self.span = _read_span(path.name, self._base, self._topics)
 
     def messages(
         self, topics: Collection[str], start_ns: int | None, stop_ns: int | None
@@ -184,10 +136,6 @@ class SqliteReader:
         )
         for number, time_ns, data in rows:
             yield names[number], time_ns, data
-
-    def close(self) -> None:
-        """Close it."""
-        self._base.close()
 
 
 def _connect(path: Path, mode: str) -> sqlite3.Connection:
@@ -238,39 +186,13 @@ def _columns(base: sqlite3.Connection, table: str) -> set[str]:
     return {row[1] for row in base.execute(f'PRAGMA table_info({table})')}
 
 
-@dataclass(frozen=True, kw_only=True)
-class SqliteScan:
-    """Result of reading an SQLite file whole, with the methods of `McapScan`.
-
-    Attributes:
-        path: The file.
-        topics: Its topics.
-        span: Its messages.
-        damage: Why the file needs repair; empty for a sound file.
-        compressed: Whether each message is compressed.
-        metadata: Copy of the bag's metadata, or empty.
-        distro: ROS distribution, or empty.
-        indexed: True.
-        dropped_bytes: None: SQLite itself undoes what was not committed.
-    """
-
-    path: Path
-    topics: tuple[BagTopic, ...]
-    span: FileSpan
-    damage: str
-    compressed: bool
-    metadata: str
-    distro: str
-    indexed: bool = True
-    dropped_bytes: int = 0
+class SqliteScan(StorageScan):
+    """Result of reading an SQLite file whole; SQLite itself undoes what was not committed."""
 
     def write_repaired(self, target: Path, metadata: str) -> None:
         """Copy the file, rebuild the indexes of the copy and add the bag's metadata.
 
         Offers that are damaged are removed: other readers refuse the whole file for them.
-
-        Raises:
-            OSError: The copy cannot be written.
         """
         with _as_os_error(), closing(sqlite3.connect(target)) as base, base:
             with _recovered(self.path) as source:
@@ -288,7 +210,7 @@ class SqliteScan:
 
 
 def scan_sqlite(path: Path) -> SqliteScan:
-    """Read a file whole, as SQLite recovers it from the death of its writer.
+    """Read a file whole, as SQLite recovers it after its writer was killed.
 
     Raises:
         BagError: It is no such file, or cannot be recovered.
@@ -327,7 +249,7 @@ def _scan(path: Path, base: sqlite3.Connection) -> SqliteScan:
         path=path,
         topics=tuple(topics.values()),
         span=_read_span(path.name, base, topics),
-        damage=_damage(path, base, closed=bool(metadata)),
+        problems=dict.fromkeys(_problems(path, base, closed=bool(metadata))),
         compressed=bool(sample) and bytes(sample[0][:4]) == ZSTD_MAGIC,
         metadata=metadata,
         distro=_last(base, 'schema', 'ros_distro'),
@@ -342,18 +264,16 @@ def _last(base: sqlite3.Connection, table: str, column: str) -> str:
     return str(rows[-1][0]) if rows else ''
 
 
-def _damage(path: Path, base: sqlite3.Connection, *, closed: bool) -> str:
-    if path.with_name(f'{path.name}-journal').exists() or (
-        not closed and _columns(base, 'metadata')
-    ):
-        return NOT_CLOSED
+def _problems(path: Path, base: sqlite3.Connection, *, closed: bool) -> Iterator[str]:
+    journal = path.with_name(f'{path.name}-journal').exists()
+    if journal or (not closed and _columns(base, 'metadata')):
+        yield NOT_CLOSED
     if base.execute('PRAGMA integrity_check(1)').fetchone()[0] != 'ok':
-        return 'its index does not match its messages'
+        yield 'its index does not match its messages'
     if 'offered_qos_profiles' in _columns(base, 'topics'):
         texts = [text for (text,) in base.execute('SELECT offered_qos_profiles FROM topics')]
         if any(text.strip() not in ('', '[]') and not parse_offers(text) for text in texts):
-            return 'its quality of service is damaged'
-    return ''
+            yield 'its quality of service is damaged'
 
 
 def is_truncated_database(path: Path) -> bool:

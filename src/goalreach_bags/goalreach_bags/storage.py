@@ -1,5 +1,6 @@
-"""Storage of a bag: formats, extent of a file, free disk space, and the errors."""
+"""Storage of a bag: formats, extent and soundness of a file, free disk space, and the errors."""
 
+from abc import ABC, abstractmethod
 from collections import Counter
 from dataclasses import dataclass, field
 import errno
@@ -8,6 +9,7 @@ from pathlib import Path
 import shutil
 from typing import Final
 
+from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 STORAGES: Final = ('mcap', 'sqlite3')
@@ -20,7 +22,10 @@ NO_TIME_NS: Final = 2**63 - 1
 """Start of a bag without messages, as rosbag2 writes it."""
 
 NOT_CLOSED: Final = 'it was not closed by its recorder'
-"""Damage of a file whose writer died."""
+"""Damage of a file whose writer was killed."""
+
+_PROBLEMS: Final = 3
+"""So many problems of a file are shown; the others are counted."""
 
 _MARGIN_BYTES: Final = 256 * 1024
 """Left for summary and metadata, and for other processes that write. Chosen."""
@@ -49,6 +54,10 @@ class BagMessage:
     time_ns: int
     topic: str
     data: bytes
+
+
+StoredMessage = tuple[int, int, int, bytes]
+"""Number of the topic, receive time, time of publication, and data of a message for a file."""
 
 
 @dataclass(kw_only=True)
@@ -82,6 +91,52 @@ class FileSpan:
     def duration_ns(self) -> int:
         """Time between the first and the last message."""
         return max(0, self.last_ns - self.first_ns)
+
+
+@dataclass(kw_only=True)
+class StorageScan(ABC):
+    """Result of reading a storage file whole.
+
+    Attributes:
+        path: The file.
+        span: Its sound messages.
+        topics: Its topics.
+        problems: Why the file needs repair, in order; none for a sound file.
+        compressed: Whether each message is compressed by itself.
+        metadata: Copy of the bag's metadata, or empty.
+        distro: ROS distribution, or empty.
+        indexed: Whether its chunks, if it has any, can be found by an index.
+        dropped_bytes: Bytes of records that are not sound.
+    """
+
+    path: Path
+    span: FileSpan
+    topics: tuple[BagTopic, ...] = ()
+    problems: dict[str, None] = field(default_factory=dict)
+    compressed: bool = False
+    metadata: str = ''
+    distro: str = ''
+    indexed: bool = True
+    dropped_bytes: int = 0
+
+    @property
+    def damage(self) -> str:
+        """Why the file needs repair, on one line; empty for a sound file."""
+        more = len(self.problems) - _PROBLEMS
+        shown = '; '.join(list(self.problems)[:_PROBLEMS])
+        return shown + (f'; {more} more' if more > 0 else '')
+
+    @abstractmethod
+    def write_repaired(self, target: Path, metadata: str) -> None:
+        """Write what is sound to a new file, with new indexes.
+
+        Args:
+            target: The file, which must not exist.
+            metadata: Metadata of the bag, of which the file keeps a copy.
+
+        Raises:
+            OSError: It cannot be written.
+        """
 
 
 def storage_files(path: Path) -> list[Path]:

@@ -32,7 +32,7 @@ class TickOrder:
     stamp_ns: int | None = None
     _missing: dict[int, set[str]] = field(default_factory=dict)
     _waiting: list[BagMessage] = field(default_factory=list)
-    _last: dict[str, bytes] = field(default_factory=dict)
+    _last: dict[str, tuple[int | None, list[bytes]]] = field(default_factory=dict)
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> bool:
         """Add a message.
@@ -43,11 +43,14 @@ class TickOrder:
             data: The serialized message.
 
         Returns:
-            Whether it was new; one that equals the last of its topic is a repetition.
+            Whether it was new; one that equals another of its topic at the last stamp is a
+            repetition, without a stamp one that equals the last.
         """
-        if self._last.get(topic) == data:
+        last_ns, last = self._last.get(topic, (None, []))
+        if data in last:
             return False
-        self._last[topic] = data
+        others = last if stamp_ns is not None and stamp_ns == last_ns else []
+        self._last[topic] = stamp_ns, [*others, data]
         if stamp_ns is None:
             stamp_ns = self.stamp_ns
         elif topic in self.required and not (self._missing and stamp_ns < min(self._missing)):

@@ -1,6 +1,6 @@
 """Topics of a bag: type, definition and offered quality of service."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 import os
@@ -9,16 +9,17 @@ import re
 import sys
 from typing import Any, Final
 
-from rosbags.interfaces import Qos, QosTime
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 import yaml
 
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.files import load_yaml
 
-INFINITE: Final = QosTime(9223372036, 854775807)
-"""A duration without end, as rosbag2 writes it."""
+Offer = Mapping[str, Any]
+"""Quality of service that a publisher offers, as metadata.yaml of version 9 writes it."""
 
+DURATIONS: Final = ('deadline', 'lifespan', 'liveliness_lease_duration')
+"""Policies that are mappings of `sec` and `nsec`."""
 _LARGEST: Final = 2**63
 _PARTS: Final = 3
 _SEPARATOR: Final = 80 * '='
@@ -43,7 +44,7 @@ class BagTopic:
     name: str
     type_name: str
     type_hash: str = ''
-    offers: tuple[Qos, ...] = ()
+    offers: tuple[Offer, ...] = ()
     definition: str = ''
     encoding: str = 'ros2msg'
     serialization: str = 'cdr'
@@ -62,27 +63,22 @@ def merge_topics(topics: Iterable[BagTopic]) -> dict[str, BagTopic]:
     return merged
 
 
-def offers_to_list(offers: Sequence[Qos]) -> list[Any]:
-    """Return offers as the mappings in metadata.yaml of version 9."""
-    return list(dump_qos_v9(list(offers)))
-
-
-def offers_to_text(offers: Sequence[Qos]) -> str:
+def offers_to_text(offers: Sequence[Offer]) -> str:
     """Return offers as the YAML text in MCAP channels and SQLite topics."""
-    return yaml.safe_dump(offers_to_list(offers), sort_keys=False) if offers else ''
+    return yaml.safe_dump(list(offers), sort_keys=False) if offers else ''
 
 
-def parse_offers(value: Any) -> tuple[Qos, ...]:  # noqa: ANN401 - as YAML gives it
+def parse_offers(value: Any) -> tuple[Offer, ...]:  # noqa: ANN401 - as YAML gives it
     """Return the offers in a YAML text or its list, of any version; none where it is damaged."""
     try:
         documents = load_yaml(value) if isinstance(value, str) else value
-        offers = tuple(parse_qos(documents or []))
-        numbers = [n for offer in offers for n in (offer.depth, *offer.deadline, *offer.lifespan)]
-        numbers += [n for offer in offers for n in offer.liveliness_lease_duration]
+        offers: Any = dump_qos_v9(parse_qos(documents or []))
+        numbers = [offer['depth'] for offer in offers]
+        numbers += [n for offer in offers for name in DURATIONS for n in offer[name].values()]
         valid = all(isinstance(n, int) and 0 <= n < _LARGEST for n in numbers)
     except (yaml.YAMLError, TypeError, KeyError, AttributeError, ValueError):
         return ()
-    return offers if valid else ()
+    return tuple(offers) if valid else ()
 
 
 @lru_cache(maxsize=256)
@@ -104,18 +100,14 @@ def message_definition(type_name: str) -> str:
 def _full_text(package: str, name: str, seen: set[tuple[str, str]]) -> str:
     text = _read(package, name)
     result = text
-    for full_name in sorted(_nested_types(package, text)):
+    names = {n for n in _FIELD.findall(re.sub(r'#.*', '', text)) if not _BUILT_IN.match(n)}
+    parts = [nested.split('/') if '/' in nested else [package, nested] for nested in names]
+    for full_name in sorted({(part[0], part[-1]) for part in parts}):
         if full_name not in seen:
             seen.add(full_name)
             result += f'\n{_SEPARATOR}\nMSG: {"/".join(full_name)}\n'
             result += _full_text(*full_name, seen)
     return result
-
-
-def _nested_types(package: str, text: str) -> set[tuple[str, str]]:
-    names = {n for n in _FIELD.findall(re.sub(r'#.*', '', text)) if not _BUILT_IN.match(n)}
-    parts = [name.split('/') if '/' in name else [package, name] for name in names]
-    return {(part[0], part[-1]) for part in parts}
 
 
 def _read(package: str, name: str) -> str:

@@ -1,7 +1,6 @@
 """Writing a bag: a directory of storage files and their metadata."""
 
-from collections.abc import Callable, Mapping
-from copy import deepcopy
+from collections.abc import Callable
 import errno
 from pathlib import Path
 import time
@@ -11,13 +10,25 @@ from goalreach_bags.mcap_file import McapWriter
 from goalreach_bags.metadata import BagMetadata, metadata_text, total_span, write_metadata
 from goalreach_bags.options import StorageOptions
 from goalreach_bags.sqlite_file import SqliteWriter
-from goalreach_bags.storage import SUFFIXES, BagError, BagStoppedError, FileSpan, require_new_bag
+from goalreach_bags.storage import (
+    SUFFIXES,
+    BagError,
+    BagStoppedError,
+    FileSpan,
+    StoredMessage,
+    require_free_space,
+    require_new_bag,
+)
 from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 _StorageFile = McapWriter | SqliteWriter
+_BYTES_PER_MB: Final = 1_000_000
+_NS_PER_S: Final = 1_000_000_000
+_FLUSH_BYTES: Final = 768 * 1024
+"""Size of a chunk, that of rosbag2's writer."""
 FLUSH_S: Final = 1.0
-"""Longest time for which messages are in memory alone, lost at a sudden death. Chosen."""
+"""Longest time for which messages are in memory only: a killed process loses them. Chosen."""
 
 
 class BagWriter:
@@ -25,7 +36,9 @@ class BagWriter:
 
     Attributes:
         path: Its directory.
-        custom: Texts that the metadata keeps.
+        topics: Its topics by name.
+        message_count: Number of its messages, those in memory included.
+        custom: Texts that the metadata is to keep.
 
     Args:
         path: Its directory, which must not exist.
@@ -46,10 +59,13 @@ class BagWriter:
         self.path = Path(path)
         self._options = options
         self._now = now
-        self._topics: dict[str, BagTopic] = {}
+        self.topics: dict[str, BagTopic] = {}
         self._numbers: dict[str, int] = {}
+        self.message_count = 0
         self._done: list[FileSpan] = []
         self.custom: dict[str, str] = {}
+        self._pending: list[StoredMessage] = []
+        self._pending_bytes = 0
         self._flushed_s = now()
         require_new_bag(self.path)
         try:
@@ -62,7 +78,7 @@ class BagWriter:
     def size(self) -> int:
         """Bytes of all files."""
         closed = sum((self.path / span.name).stat().st_size for span in self._done)
-        return closed if self._file is None else closed + self._file.size
+        return closed + (0 if self._file is None else self._file.size + self._pending_bytes)
 
     def add_topic(self, topic: BagTopic) -> None:
         """Add a topic before its first message.
@@ -70,8 +86,8 @@ class BagWriter:
         Raises:
             BagStoppedError: The disk is full or failed.
         """
-        self._topics[topic.name] = topic
-        self._numbers[topic.name] = len(self._topics)
+        self.topics[topic.name] = topic
+        self._numbers[topic.name] = len(self.topics)
         self._do(lambda: self._storage.add_topic(self._numbers[topic.name], topic))
 
     def write(self, name: str, time_ns: int, data: bytes, publish_ns: int | None = None) -> None:
@@ -90,9 +106,10 @@ class BagWriter:
             self._do(self._split)
         number = self._numbers[name]
         published_ns = time_ns if publish_ns is None else publish_ns
-        self._do(lambda: self._storage.write(number, time_ns, published_ns, data))
-        self._span.add(name, time_ns)
-        if self._storage.wants_flush:
+        self._pending.append((number, time_ns, published_ns, data))
+        self._pending_bytes += len(data)
+        self.message_count += 1
+        if self._pending_bytes >= _FLUSH_BYTES:
             self._do(self._flush)
 
     def flush_if_due(self) -> None:
@@ -105,26 +122,22 @@ class BagWriter:
         if now_s - self._flushed_s >= FLUSH_S:
             self._do(self._flush)
 
-    def close(self, custom: Mapping[str, str] | None = None) -> BagMetadata:
+    def close(self) -> BagMetadata:
         """Finish the bag.
-
-        Args:
-            custom: More texts that the metadata keeps.
 
         Raises:
             BagStoppedError: The disk is full or failed.
         """
-        self.custom.update(custom or {})
         self._do(self._finish)
         return self.metadata()
 
     def metadata(self) -> BagMetadata:
-        """Return the metadata of what was written so far."""
+        """Return the metadata of what was flushed so far."""
         spans = tuple(self._done if self._file is None else [*self._done, self._span])
         options = self._options
         return BagMetadata(
             storage=options.storage,
-            topics=tuple(self._topics.values()),
+            topics=tuple(self.topics.values()),
             files=spans,
             total=total_span(spans),
             compression_mode='MESSAGE' if options.zstd and options.storage == 'sqlite3' else '',
@@ -140,33 +153,45 @@ class BagWriter:
     def _open_file(self) -> _StorageFile:
         suffix = SUFFIXES[self._options.storage]
         self._span = FileSpan(name=f'{self.path.name}_{len(self._done)}{suffix}')
-        self._flushed = deepcopy(self._span)
         make = McapWriter if self._options.storage == 'mcap' else SqliteWriter
         return make(self.path / self._span.name, zstd=self._options.zstd)
 
     def _is_full(self, time_ns: int) -> bool:
-        options = self._options
-        if not self._span.counts:
+        if not (self._span.counts or self._pending):
             return False
-        lasts_ns = time_ns - self._span.first_ns
-        return self._storage.size >= options.max_bytes or lasts_ns >= options.max_duration_ns
+        began_ns = self._span.first_ns if self._span.counts else self._pending[0][1]
+        max_mb, max_s = self._options.max_size, self._options.max_duration
+        size = self._storage.size + self._pending_bytes
+        is_large = max_mb is not None and size >= max_mb * _BYTES_PER_MB
+        return is_large or (max_s is not None and time_ns - began_ns >= max_s * _NS_PER_S)
 
     def _flush(self) -> None:
         self._flushed_s = self._now()
-        self._storage.flush()
-        self._flushed = deepcopy(self._span)
+        if self._pending:
+            # Twice the messages: SQLite writes to its journal, too.
+            needed = 2 * self._pending_bytes + self._storage.closing_bytes
+            require_free_space(self.path / self._span.name, needed)
+            self._storage.append(self._pending)
+            names = list(self.topics)
+            for number, time_ns, _, _ in self._pending:
+                self._span.add(names[number - 1], time_ns)
+            self._drop_pending()
+
+    def _drop_pending(self) -> None:
+        self._pending.clear()
+        self._pending_bytes = 0
 
     def _split(self) -> None:
         self._finish_file()
         self._file = self._open_file()
-        for name, topic in self._topics.items():
+        for name, topic in self.topics.items():
             self._file.add_topic(self._numbers[name], topic)
 
     def _finish_file(self) -> None:
         self._flush()
         self._storage.finish(metadata_text(self.metadata()))
         self._file = None
-        self._done.append(self._flushed)
+        self._done.append(self._span)
 
     def _finish(self) -> None:
         if self._file is not None:
@@ -186,9 +211,7 @@ class BagWriter:
         reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
         rest = 'the bag so far is complete'
         try:
-            if self._file is not None:
-                self._file.drop_pending()
-                self._span = deepcopy(self._flushed)
+            self._drop_pending()
             self._finish()
         except (OSError, FileFormatError):
             rest = 'the bag so far needs record --repair'

@@ -32,22 +32,17 @@ def bind(host: str, port: int | None) -> socket.socket:
     ports = [port] if port is not None else [*range(DEFAULT_PORT, DEFAULT_PORT + _PORTS_TRIED), 0]
     reason = ''
     for candidate in ports:
-        family = socket.AF_INET6 if ':' in host else socket.AF_INET
-        listener = socket.socket(family, socket.SOCK_STREAM)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        is_ipv6 = ':' in host
+        family = socket.AF_INET6 if is_ipv6 else socket.AF_INET
         try:
-            listener.bind((host, candidate))
-            listener.listen()  # only this reserves the port
+            return socket.create_server((host, candidate), family=family, dualstack_ipv6=is_ipv6)
         except (OSError, OverflowError) as error:
-            listener.close()
             reason = str(error)
-        else:
-            return listener
     raise GoalreachError(f'{host}:{port or DEFAULT_PORT}: cannot listen: {reason}')
 
 
 def url(host: str, port: int, token: str | None = None) -> str:
-    """Return the URL of the page; browsers send the token, its fragment, to nobody."""
+    """Return the URL of the page; browsers never send its fragment, the token."""
     name = f'[{host}]' if ':' in host else host
     fragment = f'#token={token}' if token else ''
     return f'http://{name}:{port}/{fragment}'

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import enum
+import math
 from typing import Final
 
 _TIMEOUT_S: Final = 0.8
@@ -32,11 +33,11 @@ class TopicRate:
     """Counts the messages of one topic by sequence number, so that none need be taken.
 
     Attributes:
-        received_s: Time of the last message, or None.
+        received_s: Time of the last message; minus infinity before the first.
         total: Number of messages.
     """
 
-    received_s: float | None = None
+    received_s: float = -math.inf
     total: int = 0
     _number: int | None = None
     _samples: deque[tuple[float, int]] = field(default_factory=deque)
@@ -103,19 +104,16 @@ class GraphHealth:
         return status
 
     def _status(self, node: str, now_s: float) -> NodeStatus:
-        published_s, responded_s = self._published_s(node), self._responded_s.get(node)
-        if published_s is not None and now_s - published_s < _TIMEOUT_S:
+        if now_s - self._published_s(node) < _TIMEOUT_S:
             return NodeStatus.UP
-        if responded_s is not None and now_s - responded_s < _TIMEOUT_S:
+        if self.silence_s(node, now_s) < _TIMEOUT_S:
             return NodeStatus.QUIET
-        return NodeStatus.UNSEEN if published_s is responded_s is None else NodeStatus.DOWN
+        return NodeStatus.UNSEEN if self.silence_s(node, now_s) == math.inf else NodeStatus.DOWN
 
     def silence_s(self, node: str, now_s: float) -> float:
-        """Return the time since a node's last sign of life; 0 where it never gave one."""
-        times = (self._published_s(node), self._responded_s.get(node))
-        return min((now_s - time_s for time_s in times if time_s is not None), default=0.0)
+        """Return the time since a node's last sign of life; infinity where it never gave one."""
+        return now_s - max(self._published_s(node), self._responded_s.get(node, -math.inf))
 
-    def _published_s(self, node: str) -> float | None:
-        rates = [self.topics.get(topic) for topic in self._topics_of[node]]
-        times = [rate.received_s for rate in rates if rate and rate.received_s is not None]
-        return max(times, default=None)
+    def _published_s(self, node: str) -> float:
+        rates = (self.topics.get(topic, TopicRate()) for topic in self._topics_of[node])
+        return max(rate.received_s for rate in rates)

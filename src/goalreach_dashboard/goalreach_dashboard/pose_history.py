@@ -4,7 +4,8 @@ from collections import OrderedDict
 import math
 from typing import Final
 
-from goalreach_msgs_py.angles import angle_difference, wrap_angle
+from goalreach_msgs_py.alignment import moved_on
+from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.values import Pose2, PoseEstimate
 
 _SPACING_M: Final = 0.02
@@ -59,6 +60,7 @@ class PoseHistory:
     Attributes:
         truth: True pose, or None.
         truth_ns: Its stamp.
+        truths: The last 256 true poses by their stamps.
         estimate: Estimated pose, or None.
         estimate_ns: Its stamp.
         compared: True pose of the estimate's stamp, or None where it was not received.
@@ -82,7 +84,7 @@ class PoseHistory:
         self.trail = Trail(length_m)
         self.estimate_trail = Trail(length_m)
         self.last_trail = ''
-        self._truths: OrderedDict[int, Pose2] = OrderedDict()
+        self.truths: OrderedDict[int, Pose2] = OrderedDict()
         self._anchor: tuple[Pose2, Pose2] | None = None
 
     def add_truth(self, stamp_ns: int, pose: Pose2) -> None:
@@ -91,12 +93,12 @@ class PoseHistory:
             self.last_trail = self.trail.text
             self.trail.clear()
             self.estimate_trail.clear()
-            self._truths.clear()
+            self.truths.clear()
             self._anchor = None
         self.truth, self.truth_ns = pose, stamp_ns
-        self._truths[stamp_ns] = pose
-        if len(self._truths) > _MAX_STAMPS:
-            self._truths.popitem(last=False)
+        self.truths[stamp_ns] = pose
+        if len(self.truths) > _MAX_STAMPS:
+            self.truths.popitem(last=False)
         self.trail.add(pose.x_m, pose.y_m)
 
     def _has_jumped(self, last: Pose2, stamp_ns: int, pose: Pose2) -> bool:
@@ -105,10 +107,6 @@ class PoseHistory:
         distance_m = math.dist((last.x_m, last.y_m), (pose.x_m, pose.y_m))
         elapsed_s = (stamp_ns - self.truth_ns) * _S_PER_NS
         return distance_m > _TOLERANCE_M + _MAX_SPEED_M_PER_S * elapsed_s
-
-    def truth_at(self, stamp_ns: int) -> Pose2 | None:
-        """Return the true pose of a stamp if it is among the last 256."""
-        return self._truths.get(stamp_ns)
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, trusted: bool) -> None:
         """Add the estimate of a stamp.
@@ -119,7 +117,7 @@ class PoseHistory:
             trusted: Whether it belongs on the trail.
         """
         self.estimate, self.estimate_ns = estimate, stamp_ns
-        pose, truth = estimate.pose, self._truths.get(stamp_ns)
+        pose, truth = estimate.pose, self.truths.get(stamp_ns)
         self.compared = truth
         if truth is not None:
             self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
@@ -129,18 +127,7 @@ class PoseHistory:
 
     def add_odometry(self, stamp_ns: int, pose: Pose2) -> None:
         """Add the pose by the encoders, in `odom`."""
-        truth = self._truths.get(stamp_ns)
+        truth = self.truths.get(stamp_ns)
         if self._anchor is None and truth is not None:
             self._anchor = (truth, pose)
-        if self._anchor is None:
-            self.odometry = None
-            return
-        start, origin = self._anchor
-        turn_rad = start.heading_rad - origin.heading_rad
-        dx_m, dy_m = pose.x_m - origin.x_m, pose.y_m - origin.y_m
-        cosine, sine = math.cos(turn_rad), math.sin(turn_rad)
-        self.odometry = Pose2(
-            x_m=start.x_m + cosine * dx_m - sine * dy_m,
-            y_m=start.y_m + sine * dx_m + cosine * dy_m,
-            heading_rad=wrap_angle(pose.heading_rad + turn_rad),
-        )
+        self.odometry = None if self._anchor is None else moved_on(*self._anchor, pose)

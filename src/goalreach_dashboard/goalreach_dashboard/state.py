@@ -1,8 +1,8 @@
 """State of the live page: filled from messages, read by the views; no ROS, no browser."""
 
 from collections import Counter, deque
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any, Final
 
@@ -13,6 +13,8 @@ from goalreach_dashboard.pose_history import PoseHistory
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.diagnostic_messages import Status
+from goalreach_msgs_py.regions import ACTION_COUNTS
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
@@ -31,12 +33,14 @@ WINDOW: Final = 22
 """Paths over which success is averaged: those of a trial, section "The Simulation Phase"."""
 _MAX_CURVE_POINTS: Final = 600
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
-_PAUSE_TOLERANCE_NS: Final = 200_000_000
+_PAUSE_TOLERANCE_NS: Final = 1_000_000_000
+"""Ticks that were on their way when the simulation was paused are no more than this. Chosen: four
+times real time, a quarter of a second late."""
 _MAX_EVENTS: Final = 1000
 """Of a run without end the page lists the last paths. Chosen."""
 _TRUSTED_SIGMA_M: Final = StateEstimatorConfig().max_position_sigma_m
 TOPICS_OF: Final = {
-    ROBOT: (topics.CLOCK, topics.GROUND_TRUTH),
+    ROBOT: (topics.CLOCK, topics.GROUND_TRUTH, topics.ODOM),
     LOCALIZER: (topics.POSE,),
     ESTIMATOR: (topics.STATE,),
     CONTROLLER: (topics.CMD_VEL,),
@@ -118,16 +122,20 @@ class PageState:
         health: Nodes and topics.
         state: The last region state, or None.
         policy: The learned policy, or None.
+        learner: Name and state of the learner, if it keeps more than a table.
         picture: The last image, or None.
         landmarks: The last detections.
         head: Joint angles of the head, or None.
         bumpers: Pressed sensors.
+        behaviors: What behaviours proposed last, none where goal-reaching is alone.
+        obstacles: Obstacles: x, y, length, width (m), heading (rad), whether round.
         fov_rad: Horizontal field of view.
         clock_ns: Time of the graph's clock.
         parameters: Polled parameters by node.
         paused_ns: Time of the clock when this page paused the simulation, or None.
         ended: Whether the run that started the page has ended.
         bag: Folder of the bag recorded last, empty where there is none.
+        external: Nodes that the run did not start.
         events: What happened in the run, by ascending number: the first describes the run, then
             the last 1000 finished paths, recordings, and the end.
     """
@@ -138,10 +146,13 @@ class PageState:
     health: GraphHealth = field(default_factory=lambda: GraphHealth(TOPICS_OF))
     state: RegionState | None = None
     policy: Policy | None = None
+    learner: Mapping[str, Any] = field(default_factory=dict)
     picture: CameraPicture | None = None
     landmarks: Landmarks = ()
     head: HeadAngles | None = None
     bumpers: tuple[bool, ...] = ()
+    behaviors: Sequence[Status] = ()
+    obstacles: Sequence[tuple[float, ...]] = ()
     fov_rad: float = _DEFAULT_FOV_RAD
     clock_ns: int = 0
     parameters: dict[str, Mapping[str, Any]] = field(
@@ -150,7 +161,9 @@ class PageState:
     paused_ns: int | None = None
     ended: bool = False
     bag: str = ''
+    external: tuple[str, ...] = ()
     events: dict[int, Mapping[str, Any]] = field(default_factory=dict)
+    _q: FloatArray | None = None
     _event_number: int = 0
     _is_reported: bool = False
 
@@ -165,6 +178,7 @@ class PageState:
             self._event_number, self._is_reported = number, True
         self.ended = self.ended or event['event'] == 'end'
         self.bag = event.get('bag', self.bag)
+        self.external = tuple(event.get('external', self.external))
         self._event_number += 1
         self.events[self._event_number] = event
         if len(self.events) > _MAX_EVENTS:
@@ -188,7 +202,7 @@ class PageState:
 
     def add_transition(self, stamp_ns: int, transition: Transition) -> None:
         """Add a finished action, judged by the true pose of its stamp."""
-        truth = self.poses.truth_at(stamp_ns)
+        truth = self.poses.truths.get(stamp_ns)
         in_goal = None
         if truth is not None:
             regions = self.arena.regions
@@ -204,10 +218,15 @@ class PageState:
         self.poses.truth = pose
 
     def set_q_table(self, q: FloatArray) -> None:
-        """Set the Q-values; an action whose value is not exactly zero counts as tried."""
-        if self.policy is None or not np.array_equal(self.policy.q, q):
-            tried = (q != 0).astype(np.int64)
-            self.policy = Policy(q=q, visits=tried, regions=self.arena.regions)
+        """Set the Q-values, which wait for an arena that they fit.
+
+        An action whose value is not exactly zero counts as tried.
+        """
+        if self._q is None or not np.array_equal(self._q, q):
+            self._q, tried = q, (q != 0).astype(np.int64)
+            fits = q.shape[:2] == self.arena.regions.shape and q.shape[2] in ACTION_COUNTS
+            regions = replace(self.arena.regions, actions=q.shape[2]) if fits else None
+            self.policy = Policy(q=q, visits=tried, regions=regions) if regions else None
 
     @property
     def mode(self) -> str:
@@ -231,6 +250,6 @@ class PageState:
             return
         self.arena = arena
         self.poses = PoseHistory(arena.length_m)
-        if self.policy is not None:
-            policy, self.policy = self.policy, None
-            self.set_q_table(np.array(policy.q))
+        if self._q is not None:
+            q, self._q = self._q, None
+            self.set_q_table(q)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from goalreach_learning.learner import LEARNERS
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import policy_names, read_policy
 from goalreach_learning.training import train
@@ -17,7 +18,6 @@ from goalreach_msgs_py.files import read_yaml
 from goalreach_msgs_py.noise import NOISE_PRESETS, NoiseModel, noise_preset
 from goalreach_msgs_py.options import option
 from goalreach_msgs_py.parameters import build_config
-from goalreach_msgs_py.regions import region_name
 
 ARENAS = Path(str(resources.files('goalreach_msgs_py'))) / 'config' / 'arenas'
 """Folder of the arenas that come with the project."""
@@ -35,6 +35,13 @@ def policy_option() -> Any:  # noqa: ANN401 - what dataclasses.field itself retu
     """Return the option `--policy` of a command that reads a policy, a text or None."""
     text = f'policy to drive: {", ".join(policy_names())}, or a file; without it, learns one first'
     return option(None, text, metavar='NAME|FILE', names=tuple(policy_names()))
+
+
+def learner_option(default: str | None = 'paper') -> Any:  # noqa: ANN401 - as above
+    """Return the option `--learner` of a command."""
+    return option(
+        default, f'who learns: {", ".join(LEARNERS)}, or a class', metavar='NAME|MODULE:CLASS'
+    )
 
 
 def arena_names() -> list[str]:
@@ -60,36 +67,32 @@ def choose_arena(arena: Arena | Path | str) -> Arena:
 def choose_noise(noise: NoiseModel | Path | str) -> NoiseModel:
     """Return a noise model given by the name of a preset, by file or as an object.
 
+    A file is YAML and maps fields of the model to numbers.
+
     Raises:
-        FileFormatError: It is no preset, and no file of a noise model.
+        FileFormatError: It is no preset, and the file cannot be read, names an unknown field or
+            holds a bad value.
     """
     if isinstance(noise, NoiseModel):
         return noise
-    return noise_preset(str(noise)) if noise in NOISE_PRESETS else read_noise(noise)
-
-
-def read_noise(path: Path | str) -> NoiseModel:
-    """Read a noise model from a YAML file that maps its fields to numbers.
-
-    Raises:
-        FileFormatError: The file cannot be read, names an unknown field or holds a bad value.
-    """
+    if noise in NOISE_PRESETS:
+        return noise_preset(str(noise))
     try:
-        content = read_yaml(path)
+        content = read_yaml(noise)
     except FileFormatError as error:
         presets = ', '.join(NOISE_PRESETS)
-        raise FileFormatError(path, f'is no preset ({presets}) and {error.reason}') from None
+        raise FileFormatError(noise, f'is no preset ({presets}) and {error.reason}') from None
     if not isinstance(content, dict):
-        raise FileFormatError(path, 'must be a mapping of noise fields to numbers')
+        raise FileFormatError(noise, 'must be a mapping of noise fields to numbers')
     known = {field.name for field in fields(NoiseModel)}
     for name, value in content.items():
         if name not in known:
             reason = f'{name} = {one_line_repr(value)}: no such field of a noise model'
-            raise FileFormatError(path, reason)
+            raise FileFormatError(noise, reason)
     try:
         return build_config(NoiseModel, content)
     except ConfigurationError as error:
-        raise FileFormatError(path, str(error)) from None
+        raise FileFormatError(noise, str(error)) from None
 
 
 def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int = 0) -> Policy:
@@ -118,10 +121,15 @@ def _region_difference(policy: Policy, arena: Arena) -> str:
     """Return how a policy's regions differ from the arena's; empty if they do not."""
     for name in ('x_knots_m', 'y_knots_m'):
         expected, found = (getattr(regions, name) for regions in (arena.regions, policy.regions))
-        if not np.allclose(expected, found, rtol=0.0, atol=_KNOT_TOLERANCE_M):
+        if len(expected) != len(found) or not np.allclose(
+            expected, found, rtol=0.0, atol=_KNOT_TOLERANCE_M
+        ):
             given, knots = (', '.join(f'{knot_m:g}' for knot_m in k) for k in (found, expected))
             return f'regions.{name} = [{given}]: the arena {arena.name} has [{knots}]'
-    if policy.regions.goal != arena.regions.goal:
-        expected, found = (region_name(r.goal) for r in (arena.regions, policy.regions))
-        return f'regions.goal = {found}: the arena {arena.name} has {expected}'
+    for name in ('goal', 'forbidden', 'actions'):
+        expected, found = (getattr(r, name) for r in (arena.regions, policy.regions))
+        if expected != found:
+            if name == 'goal':
+                expected, found = map(arena.regions.name, (expected, found))
+            return f'regions.{name} = {found}: the arena {arena.name} has {expected}'
     return ''

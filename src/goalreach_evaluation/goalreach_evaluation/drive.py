@@ -2,17 +2,19 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_evaluation.path_metrics import PathMeter, PathResult
+from goalreach_evaluation.path_metrics import PathResult, Tick, measure_path
+from goalreach_learning.behaviors import Surroundings
 from goalreach_learning.controller import ControlStep, GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, RegionState, Twist2
+from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, RegionState, Scan, Twist2
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -69,6 +71,18 @@ class DriveFrame:
     def command(self) -> Twist2:
         """The velocities driven until the next frame."""
         return self.control.command
+
+
+def surroundings(sensors: SensorFrame) -> Surroundings:
+    """Return what a robot feels and hears."""
+    ranges_m = sensors.sonar
+    return Surroundings(
+        pressed=sensors.bumpers,
+        scan=Scan(first_rad=0.0, step_rad=math.tau / len(ranges_m), ranges_m=ranges_m)
+        if ranges_m
+        else None,
+        odometry=sensors.odometry.pose,
+    )
 
 
 @dataclass
@@ -135,17 +149,16 @@ class InProcessDrive:
         """
         self._simulator.reset(start)
         self._controller.begin_path(start=start, path=path, trial=trial)
-        meter = PathMeter(start)
-        ended = False
-        while not ended:
-            frame = self._next_frame(meter)
+        ticks: list[Tick] = []
+        while True:
+            frame = self._next_frame(start, ticks)
             yield frame
-            ended = frame.result is not None
-            if not ended:
-                self._simulator.command_drive(frame.command)
-                self._simulator.command_head(self._localizer.head_command)
+            if frame.result is not None:
+                return
+            self._simulator.command_drive(frame.command)
+            self._simulator.command_head(self._localizer.head_command)
 
-    def _next_frame(self, meter: PathMeter) -> DriveFrame:
+    def _next_frame(self, start: Pose2, ticks: list[Tick]) -> DriveFrame:
         """Simulate one camera period and compute the command for the next."""
         self._simulator.advance()
         sensors = self._simulator.sense()
@@ -155,24 +168,30 @@ class InProcessDrive:
             camera=sensors.camera,
             joints=sensors.joints,
             odometry=sensors.odometry,
+            sampled=self._simulator.sampled,
         )
         state = self._estimator.estimate(localization.estimate)
         control = self._controller.step(
-            time_ns=sensors.time_ns, state=state, bumped=any(sensors.bumpers)
+            time_ns=sensors.time_ns,
+            state=state,
+            bumped=any(sensors.bumpers),
+            around=surroundings(sensors),
         )
         self.frames += 1
         truth = sensors.truth.pose
-        meter.add(
-            time_ns=sensors.time_ns,
-            truth=truth,
-            estimate=state.pose if state.confidence is Confidence.OK else None,
-            commanded_heading_rad=control.heading_rad,
+        ticks.append(
+            Tick(
+                time_ns=sensors.time_ns,
+                truth=truth,
+                estimate=state.pose if state.confidence is Confidence.OK else None,
+                commanded_heading_rad=control.heading_rad,
+            )
         )
         result = None
         if control.transition is not None and control.transition.outcome is not None:
             region = self.arena.regions.region_at(truth.x_m, truth.y_m)
             in_goal = region == self.arena.regions.goal
-            result = meter.finish(control.transition.outcome, in_goal=in_goal)
+            result = measure_path(start, ticks, control.transition.outcome, in_goal=in_goal)
         return DriveFrame(
             sensors=sensors, localization=localization, state=state, control=control, result=result
         )

@@ -10,6 +10,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
 import functools
+import math
 import multiprocessing
 from pathlib import Path
 import time
@@ -52,11 +53,6 @@ class EvaluationPlan:
     controller: ControllerConfig
     starts: Sequence[Pose2]
     seed: int
-
-    @property
-    def sessions(self) -> int:
-        """Number of sessions."""
-        return -(-len(self.starts) // SESSION_PATHS)
 
     def session_drive(self, number: int) -> InProcessDrive:
         """Return the drive of a session, with a robot of its own."""
@@ -113,9 +109,10 @@ def drive_sessions(
         The sessions in order.
     """
     results: list[SessionResult] = []
+    sessions = range(math.ceil(len(plan.starts) / SESSION_PATHS))
     with processes(jobs) if jobs > 1 else nullcontext() as pool:
         run: Callable[..., Iterator[SessionResult]] = map if pool is None else pool.map
-        for result in run(functools.partial(drive_session, plan), range(plan.sessions)):
+        for result in run(functools.partial(drive_session, plan), sessions):
             results.append(result)
             progress(len(result.paths))
     return results

@@ -5,9 +5,9 @@ A run over the graph and an evaluation in one process both use them, so their nu
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+import itertools
 import math
 from typing import Any, Final
 
@@ -16,7 +16,10 @@ import numpy as np
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.values import PathOutcome, Pose2
 
-OUTCOMES: Final = ('goal', 'false-goal', 'bump', 'timeout')
+OUTCOMES: Final = ('goal', 'false-goal', 'bump', 'forbidden', 'timeout', 'declared')
+"""Ends of a path; `declared`: in the goal by the estimate, without a truth to judge it by."""
+_TRACE_TICKS = 5
+"""From one position of the trace to the next. Chosen."""
 _STANDING_M = 0.001
 """Nearer to its start than this the robot has not driven off. Chosen: a tenth of what it drives in
 one control step."""
@@ -28,13 +31,16 @@ class PathResult:
 
     Attributes:
         start: Pose the robot was placed at, in `map`.
-        outcome: One of `OUTCOMES`, judged by the true position.
+        outcome: One of `OUTCOMES`, judged by the true position where that is known.
         duration_s: Simulated time from the start to the end.
         length_m: Length of the true path.
         turning_rad: Sum of the absolute changes of the true drive heading.
         max_heading_step_rad: Largest change of the commanded heading between two control steps,
-            after the robot has left its start: see `PathMeter`.
-        pose_error_m: rms, p95 and max of the position error while the state's confidence was OK.
+            after the robot has left its start, by the truth. Until then it stands, searches for
+            the landmarks and turns to its first heading; the command may change as the first
+            estimate converges, without moving anything.
+        pose_error_m: rms, p95 and max of the position error while the state's confidence was OK;
+            empty without a truth.
         heading_error_rad: The same of the heading error.
         trace: True positions (x, y) along the path, metres.
     """
@@ -67,103 +73,80 @@ def error_statistics(errors: Sequence[float]) -> dict[str, float]:
     }
 
 
-@dataclass
-class PathMeter:
-    """Measures one path tick by tick.
-
-    Changes of the commanded heading count once the robot has left its start, by the truth. Until
-    then it stands, searches for the landmarks and turns to its first heading; the command may
-    change as the first estimate converges, without moving anything.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Tick:
+    """One control step: true and estimated state at one stamp.
 
     Attributes:
-        start: Pose the robot was placed at.
-        trace_step: Ticks from one position of the trace to the next.
+        time_ns: Stamp of its image.
+        truth: True pose.
+        estimate: Estimated pose, or None while its confidence is not OK.
+        commanded_heading_rad: Heading in `map` that the controller follows, or None.
     """
 
-    start: Pose2
-    trace_step: int = 5
-    _ticks: int = 0
-    _first_ns: int = 0
-    _last_ns: int = 0
-    _last_truth: Pose2 | None = None
-    _last_heading_rad: float | None = None
-    _length_m: float = 0.0
-    _turning_rad: float = 0.0
-    _max_step_rad: float = 0.0
-    _under_way: bool = False
-    # Arrays: a path that ends by time-out has thousands of numbers.
-    _position_errors_m: array[float] = field(default_factory=lambda: array('d'))
-    _heading_errors_rad: array[float] = field(default_factory=lambda: array('d'))
-    _trace_m: array[float] = field(default_factory=lambda: array('d'))
+    time_ns: int
+    truth: Pose2
+    estimate: Pose2 | None
+    commanded_heading_rad: float | None
 
-    def add(
-        self,
-        *,
-        time_ns: int,
-        truth: Pose2,
-        estimate: Pose2 | None,
-        commanded_heading_rad: float | None,
-    ) -> None:
-        """Add one control step.
 
-        Args:
-            time_ns: Stamp of its image.
-            truth: True pose.
-            estimate: Estimated pose, or None while its confidence is not OK.
-            commanded_heading_rad: Heading in `map` that the controller follows, or None.
-        """
-        if self._last_truth is None:
-            self._first_ns = time_ns
-        else:
-            last = self._last_truth
-            self._length_m += math.hypot(truth.x_m - last.x_m, truth.y_m - last.y_m)
-            self._turning_rad += abs(angle_difference(truth.heading_rad, last.heading_rad))
-        if estimate is not None:
-            error_m = math.hypot(estimate.x_m - truth.x_m, estimate.y_m - truth.y_m)
-            self._position_errors_m.append(error_m)
-            turn_rad = angle_difference(estimate.heading_rad, truth.heading_rad)
-            self._heading_errors_rad.append(turn_rad)
-        if commanded_heading_rad is not None:
-            if self._last_heading_rad is not None and self._left_start(truth):
-                step_rad = abs(angle_difference(commanded_heading_rad, self._last_heading_rad))
-                self._max_step_rad = max(self._max_step_rad, step_rad)
-            self._last_heading_rad = commanded_heading_rad
-        if self._ticks % self.trace_step == 0:
-            self._trace_m.extend((truth.x_m, truth.y_m))
-        self._ticks += 1
-        self._last_ns, self._last_truth = time_ns, truth
+def measure_path(
+    start: Pose2, ticks: Sequence[Tick], outcome: PathOutcome, *, in_goal: bool | None
+) -> PathResult:
+    """Return the measures of a path.
 
-    def _left_start(self, truth: Pose2) -> bool:
-        """Return whether the robot has driven off, now or before."""
-        gone_m = math.hypot(truth.x_m - self.start.x_m, truth.y_m - self.start.y_m)
-        self._under_way = self._under_way or gone_m > _STANDING_M
-        return self._under_way
+    Args:
+        start: Pose the robot was placed at, in `map`.
+        ticks: The control steps of the path, in order.
+        outcome: How the path ended according to the controller.
+        in_goal: Whether the robot's true centre was inside the goal region at that moment;
+            None where the poses were estimates.
+    """
+    truths = [tick.truth for tick in ticks]
+    moves = list(itertools.pairwise(truths))
+    estimates = [(tick.estimate, tick.truth) for tick in ticks if tick.estimate is not None]
+    statistics = [
+        {} if in_goal is None else error_statistics([error(*pair) for pair in estimates])
+        for error in (_distance_m, _turn_rad)
+    ]
+    traced = (*truths[::_TRACE_TICKS], *truths[-1:])
+    judged = outcome.value
+    if outcome is PathOutcome.GOAL and not in_goal:
+        judged = 'declared' if in_goal is None else 'false-goal'
+    return PathResult(
+        start=start,
+        outcome=judged,
+        duration_s=(ticks[-1].time_ns - ticks[0].time_ns) * 1e-9 if ticks else 0.0,
+        length_m=math.fsum(_distance_m(*move) for move in moves),
+        turning_rad=math.fsum(abs(_turn_rad(*move)) for move in moves),
+        max_heading_step_rad=_largest_step_rad(start, ticks),
+        pose_error_m=statistics[0],
+        heading_error_rad=statistics[1],
+        trace=tuple((round(at.x_m, 4), round(at.y_m, 4)) for at in traced),
+    )
 
-    def finish(self, outcome: PathOutcome, *, in_goal: bool) -> PathResult:
-        """Return the result.
 
-        Args:
-            outcome: How the path ended according to the controller.
-            in_goal: Whether the robot's true centre was inside the goal region at that moment.
-        """
-        judged = outcome.value
-        trace_m = [*self._trace_m]
-        if self._last_truth is not None:
-            trace_m += [self._last_truth.x_m, self._last_truth.y_m]
-        trace_m = [round(value, 4) for value in trace_m]
-        if outcome is PathOutcome.GOAL and not in_goal:
-            judged = 'false-goal'
-        return PathResult(
-            start=self.start,
-            outcome=judged,
-            duration_s=(self._last_ns - self._first_ns) * 1e-9,
-            length_m=self._length_m,
-            turning_rad=self._turning_rad,
-            max_heading_step_rad=self._max_step_rad,
-            pose_error_m=error_statistics(self._position_errors_m),
-            heading_error_rad=error_statistics(self._heading_errors_rad),
-            trace=tuple(zip(trace_m[::2], trace_m[1::2], strict=True)),
-        )
+def _largest_step_rad(start: Pose2, ticks: Sequence[Tick]) -> float:
+    left = itertools.accumulate((_distance_m(start, t.truth) > _STANDING_M for t in ticks), max)
+    headings = [
+        (tick.commanded_heading_rad, under_way)
+        for tick, under_way in zip(ticks, left, strict=True)
+        if tick.commanded_heading_rad is not None
+    ]
+    steps_rad = (
+        abs(angle_difference(later, earlier))
+        for (earlier, _), (later, under_way) in itertools.pairwise(headings)
+        if under_way
+    )
+    return max(steps_rad, default=0.0)
+
+
+def _distance_m(one: Pose2, other: Pose2) -> float:
+    return math.hypot(one.x_m - other.x_m, one.y_m - other.y_m)
+
+
+def _turn_rad(one: Pose2, other: Pose2) -> float:
+    return angle_difference(one.heading_rad, other.heading_rad)
 
 
 _MEASURES: Final = ('duration_s', 'length_m', 'turning_rad', 'pose_error_m', 'heading_error_rad')
@@ -176,6 +159,7 @@ class PathTally:
     Attributes:
         paths: Number of paths.
         goals: Number that reached the goal, judged by the true position.
+        declared: Number that are in the goal by the estimate, without a truth to judge it by.
         total: Sum of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
             path's 'pose_error_m' and 'heading_error_rad'.
         worst: Maximum of each.
@@ -183,6 +167,7 @@ class PathTally:
 
     paths: int = 0
     goals: int = 0
+    declared: int = 0
     total: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
     worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
 
@@ -198,9 +183,10 @@ class PathTally:
         """Add a path."""
         self.paths += 1
         self.goals += result.outcome == 'goal'
+        self.declared += result.outcome == 'declared'
         for name in _MEASURES:
             measure = getattr(result, name)
-            value = measure['p95'] if isinstance(measure, dict) else measure
+            value = measure.get('p95', 0.0) if isinstance(measure, dict) else measure
             self.total[name] += value
             self.worst[name] = max(self.worst[name], value)
 

@@ -9,38 +9,27 @@ from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.files import make_folder
 
 _Case = TypeVar('_Case', bound=Mapping[str, Any])
-_SETTINGS = 'settings'
 
 
 class ResultsFile:
     """The finished cases of a measurement, kept so that an interrupted one can resume.
 
-    Each line is a JSON object that holds the key fields of a case and its result. With settings,
-    a first line `{"settings": {...}}` holds them. The file is only ever appended to, one line in
-    one write, also by several processes; a line that a killed process left incomplete is ignored,
-    so that its case counts as not measured.
+    Each line is a JSON object that holds the key fields of a case and its result. The file is only
+    ever appended to, one line in one write, also by several processes; a line that a killed
+    process left incomplete is ignored, so that its case counts as not measured.
 
     Args:
         path: The file, created by the first result; None to keep results in memory only.
         key: Names of the fields that identify a case.
-        settings: Values that every result depends on besides its case. None where the key fields
-            hold all of them.
 
     Raises:
-        FileFormatError: The file cannot be read, is not a file of such results, or its results
-            were measured with other settings. It is left untouched.
+        FileFormatError: The file cannot be read, or is not a file of such results. It is left
+            untouched.
     """
 
-    def __init__(
-        self,
-        path: Path | None,
-        *,
-        key: Sequence[str],
-        settings: Mapping[str, object] | None = None,
-    ) -> None:
+    def __init__(self, path: Path | None, *, key: Sequence[str]) -> None:
         self._path = path
         self._key = tuple(key)
-        self._settings = None if settings is None else json.loads(json.dumps(dict(settings)))
         self._results: dict[tuple[object, ...], dict[str, Any]] = {}
         if path is not None and path.exists():
             self._read(path)
@@ -60,11 +49,7 @@ class ResultsFile:
         return [case for case in cases if self._identity(case) not in self._results]
 
     def add(self, case: Mapping[str, Any], result: Mapping[str, Any]) -> None:
-        """Keep the result of a finished case.
-
-        Args:
-            case: At least the key fields; others are not kept.
-            result: JSON-ready fields.
+        """Keep the result of a finished case: JSON-ready fields, with the key fields of the case.
 
         Raises:
             FileFormatError: The file cannot be written.
@@ -82,7 +67,6 @@ class ResultsFile:
             text = path.read_text(encoding='utf-8', errors='replace')
         except OSError as error:
             raise FileFormatError(path, f'cannot be read: {error.strerror}') from None
-        settings = None
         for number, line in enumerate(text.splitlines(), start=1):
             if line and not line.startswith('{'):
                 raise FileFormatError(path, f'line {number}: is not a JSON object')
@@ -90,37 +74,21 @@ class ResultsFile:
                 values = json.loads(line)
             except ValueError:  # a killed process left the line incomplete
                 continue
-            if _SETTINGS in values:
-                settings = values[_SETTINGS]
-                continue
-            for name in self._key:
-                if name not in values:
-                    raise FileFormatError(path, f'line {number}: {name} is missing')
-            self._results[self._identity(values)] = values
-        if self._results or settings is not None:
-            self._require_same(path, settings)
+            self._accept(path, number, values)
 
-    def _require_same(self, path: Path, found: object) -> None:
-        """Refuse results of other settings, naming the first that differs."""
-        if found == self._settings:
-            return
-        if not isinstance(found, dict) or self._settings is None:
-            raise FileFormatError(path, f'{_SETTINGS} = {found!r}: must be {self._settings!r}')
-        for name in {**found, **self._settings}:
-            old, new = found.get(name), self._settings.get(name)
-            if old != new:
-                reason = f'holds results of {name} = {old!r}, not {new!r}: use another file'
-                raise FileFormatError(path, reason)
+    def _accept(self, path: Path, number: int, values: dict[str, Any]) -> None:
+        """Keep what a line of the file holds."""
+        for name in self._key:
+            if name not in values:
+                raise FileFormatError(path, f'line {number}: {name} is missing')
+        self._results[self._identity(values)] = values
 
     def _append(self, path: Path, line: Mapping[str, Any]) -> None:
         lines = [json.dumps(line), '']
         make_folder(path.parent)
         try:
             with path.open('ab+') as stream:
-                size = stream.seek(0, 2)
-                if size == 0 and self._settings is not None:
-                    lines.insert(0, json.dumps({_SETTINGS: self._settings}))
-                if size > 0:
+                if stream.seek(0, 2) > 0:
                     stream.seek(-1, 2)
                     if stream.read() != b'\n':
                         lines.insert(0, '')

@@ -1,7 +1,7 @@
 """Starting poses of the paths, and the seeds of a run."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Final
 
@@ -37,16 +37,13 @@ class RunSeeds:
 def choose_starts(starts: Sequence[Pose2] | str, arena: Arena, seed: int) -> tuple[Pose2, ...]:
     """Return the starts that `paper`, `random:N` or `border:N` stands for, or those given.
 
-    Args:
-        starts: Poses in `map`, or one of the three words.
-        arena: The arena.
-        seed: Seed of random starts.
-
     Raises:
         ConfigurationError: It is none of the words, or a given start is not on the free floor.
     """
     if not isinstance(starts, str):
-        return _on_free_floor(starts, arena)
+        if not starts:
+            raise ConfigurationError('starts', starts, 'at least one pose')
+        return replace(arena, starts=tuple(starts)).starts
     if starts == 'paper':
         return arena.starts
     kind, _, number = starts.partition(':')
@@ -58,25 +55,12 @@ def choose_starts(starts: Sequence[Pose2] | str, arena: Arena, seed: int) -> tup
     return draw(arena, count, np.random.default_rng(seed))
 
 
-def _on_free_floor(starts: Sequence[Pose2], arena: Arena) -> tuple[Pose2, ...]:
-    for index, start in enumerate(starts):
-        if not (arena.is_free(start.x_m, start.y_m) and math.isfinite(start.heading_rad)):
-            raise ConfigurationError(f'starts[{index}]', start, 'a pose on the free floor')
-    if not starts:
-        raise ConfigurationError('starts', starts, 'at least one pose')
-    return tuple(starts)
-
-
 def random_starts(
     arena: Arena, count: int, rng: np.random.Generator, *, clearance_m: float = _CLEARANCE_M
 ) -> tuple[Pose2, ...]:
-    """Draw poses evenly over the free floor outside the goal region, with any heading.
+    """Draw poses evenly outside the goal and forbidden regions, with any heading.
 
-    Args:
-        arena: The arena.
-        count: How many.
-        rng: Source of randomness.
-        clearance_m: Distance kept between body and wall, metres.
+    The clearance is kept between body and wall or obstacle.
     """
     inset_m = BODY_RADIUS_M + clearance_m
     starts: list[Pose2] = []
@@ -84,13 +68,14 @@ def random_starts(
         x_m = rng.uniform(inset_m, arena.width_m - inset_m)
         y_m = rng.uniform(inset_m, arena.length_m - inset_m)
         heading_rad = rng.uniform(-math.pi, math.pi)
-        if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
+        free = arena.is_free(x_m, y_m, body_radius_m=inset_m)
+        if free and arena.regions.region_at(x_m, y_m) not in arena.regions.ends:
             starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     return tuple(starts)
 
 
 def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[Pose2, ...]:
-    """Draw poses evenly along the four walls, outside the goal region, with any heading.
+    """Draw poses evenly along the four walls, outside the same regions, with any heading.
 
     "The starting positions considered are 22 different points at the borders of the environment"
     (section "The Simulation Phase"); here their number is free.
@@ -107,7 +92,8 @@ def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[P
         along_m = rng.uniform(0.0, 2.0 * (width_m + length_m))
         heading_rad = rng.uniform(-math.pi, math.pi)
         x_m, y_m = (inset_m + offset for offset in _on_rectangle(along_m, width_m, length_m))
-        if arena.regions.region_at(x_m, y_m) != arena.regions.goal:
+        outside = arena.regions.region_at(x_m, y_m) not in arena.regions.ends
+        if outside and arena.is_free(x_m, y_m):
             starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     return tuple(starts)
 

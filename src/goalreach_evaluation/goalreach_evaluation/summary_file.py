@@ -58,17 +58,8 @@ def write_summary(path: str | Path, summary: Mapping[str, Any]) -> None:
     write_text_atomically(path, json.dumps(summary, indent=1) + '\n')
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RecordedPath:
-    """One driven path of a summary.
-
-    Attributes:
-        points_m: True positions (n, 2) in `map`, metres.
-        outcome: One of `OUTCOMES`, judged by the true position.
-    """
-
-    points_m: FloatArray
-    outcome: str
+RecordedPath = tuple[FloatArray, str]
+"""True positions (n, 2) in `map`, metres, of a driven path, and its outcome, one of `OUTCOMES`."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,4 +129,4 @@ def _path(name: object, place: str, entry: object) -> RecordedPath | None:
         points_m = np.empty(0)
     if points_m.ndim != 2 or points_m.shape[1] != 2 or not np.isfinite(points_m).all():  # noqa: PLR2004
         raise FileFormatError(name, f'{place}.trace: must be a list of [x_m, y_m]')
-    return RecordedPath(points_m=points_m, outcome=outcome)
+    return points_m, outcome

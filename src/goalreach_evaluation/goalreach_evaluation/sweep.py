@@ -1,4 +1,8 @@
-"""Sweeps: cases measured in parallel, each one learning phase and drives from random starts."""
+"""Sweeps: cases measured in parallel.
+
+A case is one learning phase and drives from random starts, or one learner that learns until its
+policy leads to the goal from every start.
+"""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -9,47 +13,68 @@ from dataclasses import dataclass
 import importlib.util
 from typing import Any, Final, TypeVar
 
+import numpy as np
+
+from goalreach_evaluation.drive import InProcessDrive
 from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
+from goalreach_learning.controller_config import ControllerConfig
+from goalreach_learning.kinematic_drive import greedy_successes
+from goalreach_learning.learner import Agent
+from goalreach_learning.policy import Policy
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_learning.training import LearningPhase
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.values import Pose2
 
 _Case = TypeVar('_Case')
 _Result = TypeVar('_Result')
+_Drive = Callable[[Pose2, int, int], tuple[str, float, float]]
+"""From start, trial and path to the path's outcome, length (m) and time (s)."""
 
-KEY: Final = ('arena', 'noise', 'mode', 'drives', 'seed')
-"""Fields that identify a case in a file of results."""
 _ATTEMPTS: Final = 3
 """How often workers are started before giving up. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepCase:
-    """One case, with everything a worker on any machine needs.
+class Case:
+    """What every case has; with that of its class, everything a worker on any machine needs.
 
     Attributes:
         arena_name: Name of the arena in the results.
         arena: The arena.
         noise_name: Name of the noise in the results.
-        noise: Errors of the sensors.
-        mode: How the heading is chosen.
-        drives: Number of random starts.
+        noise: Errors of the sensors, with images in the loop; None to drive without simulating
+            time and without errors.
         seed: Seed of every random draw.
     """
 
     arena_name: str
     arena: Arena
     noise_name: str
+    noise: NoiseModel | None
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepCase(Case):
+    """One learning phase and drives with images.
+
+    Attributes:
+        mode: How the heading is chosen.
+        drives: Number of random starts.
+    """
+
     noise: NoiseModel
     mode: str
     drives: int
-    seed: int
 
     @property
     def key(self) -> dict[str, Any]:
-        """The fields `KEY` of this case."""
-        values = (self.arena_name, self.noise_name, self.mode, self.drives, self.seed)
-        return dict(zip(KEY, values, strict=True))
+        """The fields that identify this case in a file of results."""
+        key = {'arena': self.arena_name, 'noise': self.noise_name, 'mode': self.mode}
+        return {**key, 'drives': self.drives, 'seed': self.seed}
 
 
 def drive_case(case: SweepCase) -> dict[str, Any]:
@@ -68,6 +93,85 @@ def drive_case(case: SweepCase) -> dict[str, Any]:
         'sim_time_s': sum(path.duration_s for path in evaluation.paths),
         'frames': evaluation.frames,
     }
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveCase(Case):
+    """One learner from nothing, with starts in random order, every start once in each trial.
+
+    Attributes:
+        learner: Name of the learner.
+        limit: Largest number of paths until the policy leads to the goal from every start.
+        after: Number of further paths, during which it should not lose that.
+    """
+
+    learner: str
+    limit: int
+    after: int
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """The fields that identify this case in a file of results."""
+        key = {'learner': self.learner, 'arena': self.arena_name, 'noise': self.noise_name}
+        return {**key, 'limit': self.limit, 'seed': self.seed}
+
+
+def learn_case(case: CurveCase) -> dict[str, Any]:
+    """Learn until the greedy policy leads to the goal from every start, and on.
+
+    Returns:
+        The key of the case; `learned`; until then `paths`, `bumps`, `length_m` and `time_s`; and
+        `lost`, the number of later paths after which the policy failed from a start.
+
+    Raises:
+        ConfigurationError: There is no such learner.
+    """
+    rng = np.random.default_rng([case.seed, 0])
+    drive, policy = _simulated(case) if case.noise is None else _with_images(case, case.noise)
+    total, needed, learned = np.zeros(4), np.zeros(4), False
+    lost, order = 0, rng.permutation(len(case.arena.starts))
+    for path in range(case.limit + case.after):
+        trial, place = divmod(path, len(order))
+        order = rng.permutation(order) if place == 0 else order
+        outcome, length_m, time_s = drive(case.arena.starts[order[place]], trial, path)
+        total += (1, outcome == 'bump', length_m, time_s)
+        good = all(greedy_successes(case.arena, policy()))
+        if not learned:
+            needed, learned = total.copy(), good
+        lost += learned and not good
+        if path + 1 == (needed[0] + case.after if learned else case.limit):
+            break
+    names = ('paths', 'bumps', 'length_m', 'time_s')
+    found = dict(zip(names, needed.tolist(), strict=True))
+    return {**case.key, 'learned': learned, **found, 'lost': int(lost)}
+
+
+def _simulated(case: CurveCase) -> tuple[_Drive, Callable[[], Policy]]:
+    config, rng = LearningConfig(), np.random.default_rng([case.seed, 1])
+    agent = Agent(case.learner, case.arena.regions, config, rng)
+    phase = LearningPhase(case.arena, config, agent, rng)
+
+    def drive(start: Pose2, trial: int, path: int) -> tuple[str, float, float]:
+        outcome, _, length_m = phase.run(start, trial, path)
+        return outcome.value, length_m, 0.0
+
+    return drive, lambda: agent.policy
+
+
+def _with_images(case: CurveCase, noise: NoiseModel) -> tuple[_Drive, Callable[[], Policy]]:
+    loop = InProcessDrive(
+        arena=case.arena,
+        noise=noise,
+        policy=Policy.unlearned(case.arena.regions),
+        controller=ControllerConfig(learn=True, learner=case.learner),
+        seed=np.random.SeedSequence(case.seed),
+    )
+
+    def drive(start: Pose2, trial: int, path: int) -> tuple[str, float, float]:
+        result = loop.drive(start, path=path, trial=trial)
+        return result.outcome, result.length_m, result.duration_s
+
+    return drive, lambda: loop.learned
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import sys
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from goalreach_evaluation.path_metrics import PathTally
 from goalreach_msgs_py.angles import INCH_M
@@ -43,12 +43,7 @@ def progress_bar(
 
 
 def show_paths_table(
-    tally: PathTally,
-    *,
-    mode: str,
-    sim_time_s: float,
-    wall_time_s: float,
-    console: Console | None = None,
+    tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float
 ) -> None:
     """Print success rate, measures and speed of many paths.
 
@@ -57,14 +52,11 @@ def show_paths_table(
         mode: How the heading was chosen.
         sim_time_s: Simulated time, seconds.
         wall_time_s: Time on the wall clock, seconds.
-        console: Console to print on; stdout if None.
     """
     if not tally.paths:
         return
-    table = Table(title=f'{tally.goals} of {tally.paths} paths reached the goal ({mode})')
-    table.add_column('per path')
-    for heading in ('mean', 'worst'):
-        table.add_column(heading, justify='right')
+    numbers = (Column(heading, justify='right') for heading in ('mean', 'worst'))
+    table = Table('per path', *numbers, title=f'{_count_ends(tally)} ({mode})')
     degrees = math.degrees(1.0)
     rows = (
         ('time to the end', 'duration_s', 1.0, 1, 's'),
@@ -73,11 +65,17 @@ def show_paths_table(
         ('position error p95', 'pose_error_m', 1 / INCH_M, 2, 'in'),
         ('heading error p95', 'heading_error_rad', degrees, 2, 'deg'),
     )
-    for label, name, factor, digits, unit in rows:
+    for label, name, factor, digits, unit in rows[: 3 if tally.declared else None]:
         mean, worst = tally.mean(name) * factor, tally.worst[name] * factor
         table.add_row(label, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
-    console = console or Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     console.print(table)
     speed = sim_time_s / max(wall_time_s, 1e-9)
     line = f'{sim_time_s:.1f} s simulated in {wall_time_s:.1f} s: {speed:.1f} times real time'
-    console.print(line, soft_wrap=True)
+    console.print(line)
+
+
+def _count_ends(tally: PathTally) -> str:
+    if tally.declared:
+        return f'{tally.declared} of {tally.paths} paths declared in the goal, unjudged'
+    return f'{tally.goals} of {tally.paths} paths reached the goal'

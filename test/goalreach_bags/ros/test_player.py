@@ -95,7 +95,7 @@ def test_faster(bag: Path) -> None:
             os.write(keys, 32 * b'\x1b[A')
             assert serve_until(lambda: run.poll() is not None, LIMIT_S)
             assert run.returncode == 0
-        assert serve_until(lambda: len(came) == COUNT, 1.0)
+        assert serve_until(lambda: len(came) == COUNT, LIMIT_S)
 
 
 @pytest.mark.graph

@@ -24,7 +24,7 @@ from scripted_graph import PERIOD_NS, ScriptedGraph, odometry_at, pose_at
 SECOND: Final = 25
 TURNS: Final = 2000
 EACH_TICK: Final = tuple(topic for topic in TICK_TOPICS if topic != topics.IMAGE)
-ALWAYS: Final = {topics.TRANSITION, topics.Q_TABLE}
+ALWAYS: Final = {topics.TRANSITION, topics.Q_TABLE, topics.MODEL}
 
 
 class Page:
@@ -161,8 +161,10 @@ def test_an_unwatched_page_subscribes_to_what_is_learned_only(page: Page) -> Non
         last = page.follow(graph, 0)
         assert page.subscribed == {
             *EACH_TICK,
+            topics.BEHAVIORS,
             topics.COMPRESSED_IMAGE,
             topics.DIAGNOSTICS,
+            topics.MARKERS,
             *ALWAYS,
         }
         page.listener.watch(watched=False)

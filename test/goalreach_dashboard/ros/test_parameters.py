@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from goalreach_dashboard.ros.parameters import ParameterPoller
+from goalreach_dashboard.ros.graph import ParameterPoller
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.arena import Arena
 from graphs import fresh_domain, join

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_dashboard.ros.subscriptions import camera_picture
+from goalreach_dashboard.ros.listener import camera_picture
 from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_dashboard.views.page import (
     View,
@@ -22,10 +22,13 @@ from goalreach_dashboard.views.page import (
     replay,
     run_status,
 )
-from goalreach_msgs_py.arena import Arena
+from goalreach_learning.behaviors import Opinion, Proposal
+from goalreach_learning.ros.opinions import opinions_to_raw
+from goalreach_msgs_py.arena import LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.cdr import MessageError
+from goalreach_msgs_py.diagnostic_messages import statuses_from_raw
 from goalreach_msgs_py.errors import CommandError
-from goalreach_msgs_py.regions import memberships
+from goalreach_msgs_py.regions import RegionMap, memberships
 from goalreach_msgs_py.topics import (
     CLOCK,
     CMD_VEL,
@@ -295,3 +298,57 @@ def test_a_patched_page_shows_the_new_view(old: View, new: View, grows: bool) ->
         else:
             shown[name] = value
     assert shown == new
+
+
+def test_values_of_another_grid_wait_for_its_arena() -> None:
+    """A latched Q-table arrives before the parameters that describe the arena."""
+    state, q = PageState(arena=Arena()), np.zeros((2, 4, 16))
+    q[:, :, 12] = 1.0
+    state.set_q_table(q)
+    assert state.policy is None
+    assert page_view(state, 0.0)['policy'] is None
+    regions = RegionMap(
+        x_knots_m=(0.0, 1.6, 1.9, WIDTH_M),
+        y_knots_m=(0.0, 1.2, 1.3, 2.4, 2.5, 3.6, 3.7, LENGTH_M),
+        own_labels=(('west', 'east'), ('a', 'b', 'c', 'd')),
+        goal=(0, 0),
+        forbidden=((1, 1),),
+    )
+    state.set_arena(Arena(regions=regions, starts=()))
+    view = page_view(state, 0.0)
+    assert len(view['policy']['headings']) == 16
+    assert view['policy']['actions'][1][3] == 12
+    assert view['arena']['labels'][0] == ('west', 'east')
+    assert view['arena']['forbidden'] == ((1, 1),)
+
+
+def test_the_model_of_a_planner_is_shown_and_no_other() -> None:
+    state = full_state()
+    assert page_view(state, 10.1)['model'] is None
+    known = {'walls': [[1, 0, 3.3]], 'spans_m': [[[0, [0.3, 1.0]]], []], 'entered': []}
+    state.learner = {'name': 'planner', 'state': {**known, 'more': 1}}
+    assert page_view(state, 10.1)['model'] == known
+    state.learner = {'name': 'dyna-q', 'state': known}
+    assert page_view(state, 10.1)['model'] is None
+
+
+def test_who_proposes_what_and_who_is_heard() -> None:
+    state = full_state()
+    opinions = (
+        Opinion(name='escape', proposal=None, heard=False),
+        Opinion(
+            name='avoid',
+            proposal=Proposal(heading_rad=-math.pi / 4, weight=2.5, limit_m_per_s=0.3),
+            heard=True,
+        ),
+        Opinion(name='goal', proposal=Proposal(heading_rad=-math.pi / 2), heard=False),
+    )
+    state.behaviors = statuses_from_raw(opinions_to_raw(opinions, STAMP_NS))
+    state.obstacles = [(1.0, 2.0, 0.4, 0.3, math.pi / 2, False)]
+    view = page_view(state, 1.0)
+    assert view['behaviors'] == [
+        ('escape', None, 'nothing', False),
+        ('avoid', -45.0, 'weight 2.5, at most 0.30 m/s', True),
+        ('goal', -90.0, 'weight 1', False),
+    ]
+    assert view['obstacles'] == [(1.0, 2.0, 0.4, 0.3, 90.0, False)]

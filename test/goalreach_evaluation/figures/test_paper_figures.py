@@ -10,11 +10,10 @@ from goalreach_evaluation.figures.paper_figures import (
     crisp_paths,
     membership_functions,
     optimal_actions,
-    recorded_paths,
+    path_figure,
     state_space,
     transition_areas,
 )
-from goalreach_evaluation.summary_file import RecordedPath
 from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
@@ -65,10 +64,10 @@ def test_paths_from_all_22_starts(draw: object, policy: Policy) -> None:
     assert 'goal reached: 22 of 22' in texts(draw(ARENA, policy))
 
 
-def test_recorded_paths_mark_failures() -> None:
+def test_driven_paths_mark_failures() -> None:
     line = np.array([[1.0, 2.0], [1.2, 2.2]])
-    paths = [RecordedPath(points_m=line, outcome=outcome) for outcome in ('goal', 'false-goal')]
-    found = texts(recorded_paths(ARENA, paths, 'fuzzy'))
+    paths = [(line, outcome) for outcome in ('goal', 'false-goal')]
+    found = texts(path_figure(ARENA, paths, 'fuzzy'))
     assert 'goal reached: 1 of 2' in found
     assert 'goal not reached' in found
 

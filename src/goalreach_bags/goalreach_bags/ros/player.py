@@ -29,7 +29,6 @@ from goalreach_bags.ros.qos_profiles import publisher_profile, read_overrides
 from goalreach_bags.storage import BagError, BagMessage
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_msgs_py.errors import CommandError, GoalreachError
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
 from goalreach_msgs_py.ros.node import ros_session
@@ -98,6 +97,9 @@ class Player(Node):
 
     Services (std_srvs/srv/Trigger): `~/pause`, `~/resume`, `~/toggle_paused`, `~/play_next`.
 
+    Attributes:
+        duration_ns: Time of the bag that is played.
+
     Args:
         bag: The bag, open.
         options: What to play, and how.
@@ -134,6 +136,8 @@ class Player(Node):
         self._latched: list[str] = []
         self._add_publishers()
         self._first_ns, self._stop_ns = self._range()
+        self.duration_ns = self._stop_ns - self._first_ns
+        self._sent = 0
         self._clock_publisher: Any = None
         if options.clock and CLOCK not in self._outputs:
             self._clock_publisher = self.create_publisher(Clock, CLOCK, RELIABLE_QOS)
@@ -187,11 +191,6 @@ class Player(Node):
         if profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
             self._latched.append(name)
 
-    @property
-    def duration_ns(self) -> int:
-        """Time of the bag that is played."""
-        return self._stop_ns - self._first_ns
-
     def play(self, watch: Callable[[int], None]) -> int:
         """Play to the end, or until it is stopped; return the number of messages sent.
 
@@ -201,12 +200,12 @@ class Player(Node):
         end_s = time.monotonic() + self._options.delay
         while not self._ends and (left_s := end_s - time.monotonic()) > 0.0:
             self._listen(min(left_s, _KEY_S))
-        sent = self._play_once(watch)
+        self._play_once(watch)
         while self._options.loop and not self._ends:
-            sent += self._play_once(watch)
+            self._play_once(watch)
         self._wait_for_acknowledgements()
         time.sleep(_LINGER_S)
-        return sent
+        return self._sent
 
     def _wait_for_acknowledgements(self) -> None:
         limit_ms = self._options.wait_for_all_acked
@@ -224,37 +223,29 @@ class Player(Node):
     def _ends(self) -> bool:
         return self._quit or self._is_over()
 
-    def _play_once(self, watch: Callable[[int], None]) -> int:
-        sent = self._publish(self._latched_before_start())
+    def _play_once(self, watch: Callable[[int], None]) -> None:
+        if self._latched and self._first_ns > self._bag.first_ns:
+            # What a subscriber of latched topics would have received at the start.
+            self._publish(self._bag.messages(self._latched, stop_ns=self._first_ns))
         self._timer.jump(time.monotonic(), self._first_ns)
         self._clocked_ns = 0
         at_ns = self._first_ns
-        part = self._options.start > 0.0 or self._options.duration is not None
-        messages = self._bag.messages(
-            self._outputs,
-            start_ns=self._first_ns if part else None,
-            stop_ns=self._stop_ns if part else None,
-        )
+        limits = {}
+        if self._options.start > 0.0 or self._options.duration is not None:
+            limits = {'start_ns': self._first_ns, 'stop_ns': self._stop_ns}
+        messages = self._bag.messages(self._outputs, **limits)
         for time_ns, together in itertools.groupby(messages, key=lambda m: m.time_ns):
             self._wait_for(time_ns)
             if self._ends:
                 break
             watch(time_ns - at_ns)
             at_ns = time_ns
-            sent += self._publish(together)
-        return sent
+            self._publish(together)
 
-    def _publish(self, messages: Iterable[BagMessage]) -> int:
-        sent = 0
+    def _publish(self, messages: Iterable[BagMessage]) -> None:
         for message in messages:
             self._outputs[message.topic].publish(message.data)
-            sent += 1
-        return sent
-
-    def _latched_before_start(self) -> Iterator[BagMessage]:
-        """Yield what a subscriber of latched topics would have received at the start."""
-        if self._latched and self._first_ns > self._bag.first_ns:
-            yield from self._bag.messages(self._latched, stop_ns=self._first_ns)
+            self._sent += 1
 
     def _wait_for(self, time_ns: int) -> None:
         """Wait until a time of the bag has come, or a step leads there."""
@@ -367,7 +358,7 @@ def replay(options: ReplayOptions) -> str:
     """
     stop, keyboard = StopRequest(), Keyboard()
     label = 'replay (space: pause, s: step, up/down: rate, q: end)'
-    with BagReader(options.bag) as bag, ros_session(fast_dds_profile()) as closing:
+    with BagReader(options.bag) as bag, ros_session() as closing:
         player = Player(bag, options, lambda: stop.requested, keyboard.key)
         closing.callback(player.destroy_node)
         began_s = time.monotonic()

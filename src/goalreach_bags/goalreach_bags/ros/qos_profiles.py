@@ -1,10 +1,10 @@
 """Quality of service of recorded and replayed topics: from the graph, to the bag and back."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from rclpy.duration import Duration, Infinite
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy,
@@ -14,19 +14,12 @@ from rclpy.qos import (
     QoSProfile,
     ReliabilityPolicy,
 )
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
 
-from goalreach_bags.topic import INFINITE, BagTopic, message_definition
+from goalreach_bags.topic import DURATIONS, BagTopic, Offer, message_definition
 from goalreach_msgs_py.errors import FileFormatError
 from goalreach_msgs_py.files import read_yaml
 
+_INFINITE: Final = {'sec': 9223372036, 'nsec': 854775807}
 _REPLAY_DEPTH: Final = 10
 """Queue of a replayed topic whose depth the bag does not know, rosbag2's number. Of a latched
 topic each publisher's last message is kept."""
@@ -49,42 +42,25 @@ def bag_topic(node: Node, name: str, type_name: str) -> BagTopic:
     )
 
 
-def _offer(profile: QoSProfile) -> Qos:
-    return Qos(
-        history=QosHistory[profile.history.name],
-        depth=profile.depth,
-        reliability=QosReliability[profile.reliability.name],
-        durability=QosDurability[profile.durability.name],
-        deadline=_time(profile.deadline),
-        lifespan=_time(profile.lifespan),
-        liveliness=QosLiveliness[profile.liveliness.name],
-        liveliness_lease_duration=_time(profile.liveliness_lease_duration),
-        avoid_ros_namespace_conventions=False,
-    )
+def _offer(profile: QoSProfile) -> Offer:
+    def duration(name: str) -> dict[str, int]:
+        sec, nsec = divmod(getattr(profile, name).nanoseconds, 10**9)
+        return {'sec': sec, 'nsec': nsec}
+
+    return {
+        'history': profile.history.short_key,
+        'depth': profile.depth,
+        'reliability': profile.reliability.short_key,
+        'durability': profile.durability.short_key,
+        'deadline': duration('deadline'),
+        'lifespan': duration('lifespan'),
+        'liveliness': profile.liveliness.short_key,
+        'liveliness_lease_duration': duration('liveliness_lease_duration'),
+        'avoid_ros_namespace_conventions': False,
+    }
 
 
-def _time(duration: Any) -> QosTime:
-    return INFINITE if duration == Infinite else QosTime(*divmod(duration.nanoseconds, 10**9))
-
-
-def recording_profile(publishers: Iterable[Any], depth: int) -> QoSProfile:
-    """Return the strictest profile that receives from all publishers of a topic.
-
-    Args:
-        publishers: Their endpoint information.
-        depth: Messages that may wait for the recorder.
-    """
-    offered = [publisher.qos_profile for publisher in publishers]
-    reliable = all(o.reliability is ReliabilityPolicy.RELIABLE for o in offered)
-    latched = all(o.durability is DurabilityPolicy.TRANSIENT_LOCAL for o in offered)
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
-
-
-def publisher_profile(offers: Sequence[Qos]) -> QoSProfile:
+def publisher_profile(offers: Sequence[Offer]) -> QoSProfile:
     """Return the profile with which to publish a topic of a bag again.
 
     Where publishers differed, the strictest of reliability and durability, so that every
@@ -93,9 +69,9 @@ def publisher_profile(offers: Sequence[Qos]) -> QoSProfile:
     Args:
         offers: What the recorded publishers offered.
     """
-    best_effort = {offer.reliability for offer in offers} == {QosReliability.BEST_EFFORT}
-    latched = sum(offer.durability is QosDurability.TRANSIENT_LOCAL for offer in offers)
-    depth = max((offer.depth for offer in offers), default=0) or latched or _REPLAY_DEPTH
+    best_effort = {offer['reliability'] for offer in offers} == {'best_effort'}
+    latched = sum(offer['durability'] == 'transient_local' for offer in offers)
+    depth = max((offer['depth'] for offer in offers), default=0) or latched or _REPLAY_DEPTH
     profile = QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
@@ -103,11 +79,14 @@ def publisher_profile(offers: Sequence[Qos]) -> QoSProfile:
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         liveliness=LivelinessPolicy.AUTOMATIC,
     )
-    deadlines = {offer.deadline for offer in offers}
-    if len(deadlines) == 1 and INFINITE not in deadlines:
-        deadline = deadlines.pop()
-        profile.deadline = Duration(seconds=deadline.sec, nanoseconds=deadline.nsec)
+    deadlines = [offer['deadline'] for offer in offers]
+    if deadlines and all(one == deadlines[0] != _INFINITE for one in deadlines):
+        profile.deadline = _duration(deadlines[0])
     return profile
+
+
+def _duration(value: Mapping[str, int]) -> Duration:
+    return Duration(seconds=value['sec'], nanoseconds=value['nsec'])
 
 
 _POLICIES: Final = {
@@ -116,7 +95,6 @@ _POLICIES: Final = {
     'durability': DurabilityPolicy,
     'liveliness': LivelinessPolicy,
 }
-_DURATIONS: Final = ('deadline', 'lifespan', 'liveliness_lease_duration')
 
 
 def read_overrides(path: Path) -> dict[str, QoSProfile]:
@@ -146,14 +124,14 @@ def _policy(path: Path, field: str, key: object, value: Any) -> object:
     try:
         if key in _POLICIES:
             return _POLICIES[str(key)].get_from_short_key(value)
-        if key in _DURATIONS and min(value['sec'], value['nsec']) >= 0:
-            return Duration(seconds=value['sec'], nanoseconds=value['nsec'])
+        if key in DURATIONS and min(value['sec'], value['nsec']) >= 0:
+            return _duration(value)
         if key == 'depth' and type(value) is int and value >= 0:
             return value
         if key == 'avoid_ros_namespace_conventions' and isinstance(value, bool):
             return value
     except (AttributeError, KeyError, TypeError, OverflowError):
         pass
-    known = ('depth', *_POLICIES, *_DURATIONS, 'avoid_ros_namespace_conventions')
+    known = ('depth', *_POLICIES, *DURATIONS, 'avoid_ros_namespace_conventions')
     problem = 'is not valid' if key in known else f'is not known: {", ".join(known)} are'
     raise FileFormatError(path, f'{field} = {value!r}: {problem}')

@@ -1,6 +1,6 @@
 """Recomputation: recorded sensors through live perception and state estimation."""
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 import os
@@ -12,22 +12,20 @@ from typing import Any, Final
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
-from goalreach_bags.compare import OUTPUTS, Recomputation, TopicResult
+from goalreach_bags.compare import OUTPUTS, TopicResult
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from goalreach_bags.recording import PARAMETERS_KEY
 from goalreach_bags.ros.qos_profiles import publisher_profile
 from goalreach_bags.storage import BagError
 from goalreach_evaluation.terminal import progress_bar
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import stamp_of
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.parameter_file import merge_parameters, read_parameters, write_parameters
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import DEEP_QOS
 from goalreach_msgs_py.ros.node import ros_session
-from goalreach_msgs_py.topics import BUMPERS, ESTIMATOR, LOCALIZER, NODES, POSE, SENSORS
 from goalreach_perception.landmark_localizer_node import LandmarkLocalizerNode
 from goalreach_perception.state_estimator_node import StateEstimatorNode
 
@@ -44,7 +42,7 @@ class SensorFeeder(Node):
     """Publishes the sensors of a stamp and waits for all outputs of perception.
 
     Args:
-        bag: The bag, for the types of the topics.
+        bag: The bag, for its topics; other robots lack some.
         executor: Executor of this node and those of perception.
     """
 
@@ -53,22 +51,25 @@ class SensorFeeder(Node):
         self._executor = executor
         self._answers: dict[str, bytes] = {}
         self._stamp_ns = -1
-        kinds = {name: message_class(bag.topics[name].type_name) for name in (*SENSORS, *OUTPUTS)}
-        profiles = {name: publisher_profile(bag.topics[name].offers) for name in SENSORS}
+        sensors, self._outputs = _sensors(bag), _recorded(bag, OUTPUTS)
+        names = (*sensors, *self._outputs)
+        kinds = {name: message_class(bag.topics[name].type_name) for name in names}
+        profiles = {name: publisher_profile(bag.topics[name].offers) for name in sensors}
         self._sensors: dict[str, Any] = {
-            name: self.create_publisher(kinds[name], name, profiles[name]) for name in SENSORS
+            name: self.create_publisher(kinds[name], name, profiles[name]) for name in sensors
         }
-        for name in OUTPUTS:
+        for name in self._outputs:
             collect = partial(self._collect, name)
             self.create_subscription(kinds[name], name, collect, DEEP_QOS, raw=True)
 
     def connect(self) -> None:
-        """Wait until perception is connected; of the bumpers it makes no use.
+        """Wait until perception is connected; it makes no use of bumpers, or of joints it lacks.
 
         Raises:
             GoalreachError: It did not connect in time.
         """
-        needed = [publisher for name, publisher in self._sensors.items() if name != BUMPERS]
+        spared = topics.BUMPERS, topics.JOINT_STATES
+        needed = [publisher for name, publisher in self._sensors.items() if name not in spared]
 
         def connected() -> bool:
             return all(publisher.get_subscription_count() for publisher in needed) and all(
@@ -91,15 +92,15 @@ class SensorFeeder(Node):
         self._stamp_ns = stamp_ns
         self._answers.clear()
         deadline_s = time.monotonic() + _ANSWER_S
-        while len(self._answers) < len(OUTPUTS):
+        while len(self._answers) < len(self._outputs):
             if time.monotonic() > deadline_s:
-                silent = ', '.join(name for name in OUTPUTS if name not in self._answers)
+                silent = ', '.join(name for name in self._outputs if name not in self._answers)
                 raise GoalreachError(
                     f'no answer on {silent} to the sensors of {stamp_ns * 1e-9:.3f} s'
                 )
-            for name in SENSORS:
-                self._sensors[name].publish(sensors[name])
-            self._spin_until(lambda: len(self._answers) == len(OUTPUTS), _REPEAT_S)
+            for name, publisher in self._sensors.items():
+                publisher.publish(sensors[name])
+            self._spin_until(lambda: len(self._answers) == len(self._outputs), _REPEAT_S)
         return dict(self._answers)
 
     def _collect(self, name: str, data: bytes) -> None:
@@ -134,39 +135,53 @@ def recompute(
         GoalreachError: The bag lacks what is needed, or perception does not answer.
     """
     with BagReader(path) as bag:
-        bag.require((*SENSORS, *OUTPUTS))
-        decoder = Decoder(bag.topics[name] for name in (*SENSORS, *OUTPUTS))
-        recorded: dict[str, dict[int, bytes]] = {name: {} for name in OUTPUTS}
-        for message in bag.messages(OUTPUTS):
+        sensors, outputs = _sensors(bag), _recorded(bag, OUTPUTS)
+        bag.require((sensors[-1], topics.CAMERA_INFO, topics.ODOM, topics.POSE, topics.STATE))
+        decoder = Decoder(bag.topics[name] for name in (*sensors, *outputs))
+        recorded: dict[str, dict[int, bytes]] = {name: {} for name in outputs}
+        for message in bag.messages(outputs):
             recorded[message.topic][stamp_of(message.data)] = message.data
-        comparison = Recomputation(decoder, tolerance)
+        results = {name: TopicResult(topic=name) for name in outputs}
         with (
             _perception(bag, params_file) as feeder,
-            progress_bar('recompute', total=len(recorded[POSE])) as advance,
+            progress_bar('recompute', total=len(recorded[topics.POSE])) as advance,
         ):
-            for stamp_ns, sensors in _sensor_sets(bag, recorded[POSE]):
-                answers = feeder.process(stamp_ns, sensors)
-                for name in OUTPUTS:
+            for stamp_ns, measured in _sensor_sets(bag, recorded[topics.POSE]):
+                answers = feeder.process(stamp_ns, measured)
+                for name in outputs:
                     if stamp_ns in recorded[name]:
-                        before = recorded[name][stamp_ns]
-                        comparison.compare(name, stamp_ns, before, answers[name])
+                        pair = (recorded[name][stamp_ns], answers[name])
+                        results[name].add(decoder, stamp_ns, pair, tolerance)
                 advance(1)
-        if not all(result.compared for result in comparison.results.values()):
+        if not all(result.compared for result in results.values()):
             raise BagError(path, 'holds no stamp with all sensors and outputs')
-        return comparison.ordered()
+        return sorted(results.values(), key=lambda result: result.first_ns)
+
+
+def _recorded(bag: BagReader, names: Sequence[str]) -> list[str]:
+    return [name for name in names if bag.counts.get(name)]
+
+
+def _sensors(bag: BagReader) -> list[str]:
+    """Return the recorded sensors, the image last: compressed where most images are."""
+    image = max((topics.IMAGE, topics.COMPRESSED_IMAGE), key=lambda name: bag.counts.get(name, 0))
+    return [*_recorded(bag, topics.SENSORS[:-1]), image]
 
 
 def _sensor_sets(
     bag: BagReader, stamps: Container[int]
 ) -> Iterator[tuple[int, Mapping[str, bytes]]]:
     """Yield the complete sensors of each stamp, in order."""
-    synchronizer = StampSynchronizer(SENSORS, depth=_INCOMPLETE_STAMPS)
-    for message in bag.messages(SENSORS):
+    incomplete: dict[int, dict[str, bytes]] = {}
+    sensors = _sensors(bag)
+    for message in bag.messages(sensors):
         stamp_ns = stamp_of(message.data)
         if stamp_ns in stamps:
-            sensors = synchronizer.add(message.topic, stamp_ns, message.data)
-            if sensors is not None:
-                yield stamp_ns, sensors
+            incomplete.setdefault(stamp_ns, {})[message.topic] = message.data
+            if len(incomplete[stamp_ns]) == len(sensors):
+                yield stamp_ns, incomplete.pop(stamp_ns)
+            elif len(incomplete) > _INCOMPLETE_STAMPS:
+                del incomplete[next(iter(incomplete))]
 
 
 @contextmanager
@@ -176,9 +191,9 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeed
         parameters_path = _write_parameters(bag, params_file, Path(directory))
         arguments = ['--ros-args', '--params-file', str(parameters_path)]
         arguments += ['--log-level', 'error']
-        for name in (*SENSORS, *OUTPUTS, '/diagnostics'):
+        for name in (*topics.SENSORS, topics.COMPRESSED_IMAGE, *OUTPUTS, '/diagnostics'):
             arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
-        with ros_session(fast_dds_profile(), arguments) as closing:
+        with ros_session(arguments) as closing:
             executor = EventsExecutor()
             feeder = SensorFeeder(bag, executor)
             for node in (feeder, LandmarkLocalizerNode(), StateEstimatorNode()):
@@ -193,18 +208,16 @@ def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path)
     """Write the recorded parameters, with those of a file over them."""
     recorded_path, path = directory / 'recorded.yaml', directory / 'parameters.yaml'
     text = bag.metadata.custom.get(PARAMETERS_KEY)
-    if text is None and params_file is None:
+    files = [] if params_file is None else [params_file]
+    if text is not None:
+        recorded_path.write_text(text, encoding='utf-8')
+        files.insert(0, recorded_path)
+    if not files:
         raise BagError(
             bag.path,
             'holds no parameters of its run (made without run --record?): '
             'pass them with --params-file',
         )
-    layers = []
-    if text is not None:
-        recorded_path.write_text(text, encoding='utf-8')
-        layers.append(read_parameters(recorded_path, NODES))
-    if params_file is not None:
-        layers.append(read_parameters(params_file, NODES))
-    merged = merge_parameters(*layers)
-    write_parameters(path, {node: merged[node] for node in (LOCALIZER, ESTIMATOR)})
+    merged = merge_parameters(*map(read_parameters, files))
+    write_parameters(path, {node: merged[node] for node in (topics.LOCALIZER, topics.ESTIMATOR)})
     return path

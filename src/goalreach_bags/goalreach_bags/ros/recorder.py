@@ -1,6 +1,8 @@
 """The recorder: writes every message of the selected topics into a bag, unchanged."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+import json
 from pathlib import Path
 import time
 from typing import Final
@@ -9,16 +11,18 @@ from rclpy.node import Node
 from rich.console import Console
 from rich.status import Status
 
-from goalreach_bags.decode import PaddingEraser
+from goalreach_bags.decode import erase_padding
 from goalreach_bags.options import RecordOptions
 from goalreach_bags.recording import (
+    CLOCK_KEY,
+    LOST_KEY,
+    OUTPUT_TYPES,
     PARAMETERS_KEY,
     RUN_TOPICS,
     TICK_TOPICS,
-    RecordingResult,
-    recording_texts,
 )
-from goalreach_bags.ros.subscriptions import GraphSubscriptions, ReceivedMessage
+from goalreach_bags.ros.qos_profiles import bag_topic
+from goalreach_bags.ros.subscriptions import GraphSubscriptions, ReceivedMessage, TopicSubscription
 from goalreach_bags.storage import BagStoppedError
 from goalreach_bags.tick_order import TickOrder
 from goalreach_bags.writer import BagWriter
@@ -27,7 +31,7 @@ from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE
 from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.ros.process import StopRequest, terminate_with_launcher
-from goalreach_msgs_py.topics import CLOCK, RECORDER
+from goalreach_msgs_py.topics import CLOCK, GROUND_TRUTH, RECORDER
 
 _LOCKSTEP_POLL_S: Final = 0.001
 _POLL_S: Final = 0.004
@@ -43,6 +47,27 @@ _DRAIN_S: Final = 3.0
 """At the end, recording stops after this time without a message, or after this time. Chosen."""
 
 
+@dataclass
+class _Run:
+    """A run that the recorder belongs to.
+
+    Attributes:
+        prefix: Its namespace, with which the names of its topics begin; or empty.
+        order: Order of its messages, in lockstep.
+        acknowledger: Registered with its simulator; None before.
+        acknowledged_ns: Its last tick that was acknowledged.
+    """
+
+    prefix: str
+    order: TickOrder | None = None
+    acknowledger: Acknowledger | None = None
+    acknowledged_ns: int | None = None
+
+    def names(self, topics: Iterable[str]) -> list[str]:
+        """Return topics of the default namespace as this run names them, but a foreign clock."""
+        return [self.prefix + name for name in topics if name != CLOCK or not self.prefix]
+
+
 class Recorder(Node):
     """Records the selected topics into a bag.
 
@@ -52,31 +77,38 @@ class Recorder(Node):
     Args:
         options: What to record, where and how.
 
+    Attributes:
+        stopped: Why the recording ended early, or empty.
+
     Raises:
         BagError: The bag cannot be made.
     """
 
     def __init__(self, options: RecordOptions) -> None:
-        super().__init__(RECORDER, start_parameter_services=False, enable_rosout=False)
+        namespace = options.robots[0] if len(options.robots) == 1 else None
+        quiet = {'start_parameter_services': False, 'enable_rosout': False}
+        super().__init__(RECORDER, namespace=namespace, **quiet)
         self._options = options
         self._path = options.bag or Path(time.strftime('goalreach-%Y-%m-%d-%H-%M-%S'))
         self._writer = BagWriter(self._path, options.storage)
         if options.parameters:
             self._writer.custom[PARAMETERS_KEY] = options.parameters
-        self._inputs = GraphSubscriptions(self, options.selection)
-        self._counts: dict[str, int] = {}
+        self._inputs = GraphSubscriptions(self, options.selection, options.clock_topic)
         self._clock_ns: int | None = None
-        self._sim_time = options.with_run is not None or options.use_sim_time
+        robots = options.robots or (('',) if options.with_run else ())
+        self._runs = [_Run(f'/{robot}' if robot else '') for robot in robots]
+        for run in self._runs:
+            if options.with_run != 'realtime':
+                run.order = TickOrder(run.names(TICK_TOPICS))
+            self._inputs.expect({run.prefix + name: kind for name, kind in OUTPUT_TYPES.items()})
+        self._in_order = any(run.order for run in self._runs)
+        self._sim_time = bool(self._runs) or options.use_sim_time
         self._held: list[ReceivedMessage] = []
-        self._order = TickOrder(TICK_TOPICS) if options.with_run == 'lockstep' else None
-        self._acknowledger: Acknowledger | None = None
-        self._acknowledged_ns: int | None = None
         self._draining = False
-        self._padding = PaddingEraser()
-        self._stopped = ''
+        self.stopped = ''
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
 
-    def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> RecordingResult:
+    def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> str:
         """Record until it is over, drain messages on their way, and close the bag.
 
         Args:
@@ -93,7 +125,7 @@ class Recorder(Node):
 
     def _is_quiet(self) -> bool:
         quiet = time.monotonic() - self._heard_s > _QUIET_S
-        return quiet and (self._order is None or self._order.complete)
+        return quiet and all(run.order is None or run.order.complete for run in self._runs)
 
     def _poll(self, watch: Callable[[str], None]) -> None:
         """Take the messages that have arrived, or wait a moment."""
@@ -104,7 +136,9 @@ class Recorder(Node):
             self._decide_clock(now_s)
             self._register()
             self._guard(self._writer.flush_if_due)
-            watch(self._progress())
+            size_mb, lost = self._writer.size / 1e6, sum(self._inputs.lost().values())
+            count = f'{self._writer.message_count} messages of {len(self._writer.topics)} topics'
+            watch(f'{count}, {size_mb:.1f} MB, {lost} lost')
         heard = False
         for message in self._inputs.take():
             heard = True
@@ -112,40 +146,27 @@ class Recorder(Node):
         if heard:
             self._heard_s = now_s
         else:
-            time.sleep(_POLL_S if self._order is None else _LOCKSTEP_POLL_S)
+            time.sleep(_LOCKSTEP_POLL_S if self._in_order else _POLL_S)
 
     def _register(self) -> None:
-        """Register with the simulator of the run, once every topic is connected."""
-        if self._options.with_run and self._acknowledger is None:
-            wanted = [name for name in RUN_TOPICS if self._inputs.records(name)]
-            if self._inputs.all_connected(wanted):
-                self._acknowledger = Acknowledger(self, window_ticks=1)
-
-    def _acknowledge(self, stamp_ns: int, *, again: bool) -> None:
-        """Acknowledge a tick received whole; while draining none, so that the run stands still.
-
-        Args:
-            stamp_ns: The tick.
-            again: Whether to repeat an acknowledgement, since the simulator repeats the tick.
-        """
-        if self._acknowledger is None or self._draining:
-            return
-        if stamp_ns != self._acknowledged_ns or again:
-            self._acknowledged_ns = stamp_ns
-            self._acknowledger.acknowledge(stamp_ns)
+        """Register with the simulator of each run, once every topic is connected."""
+        for run in self._runs:
+            wanted = [name for name in run.names(RUN_TOPICS) if self._inputs.records(name)]
+            if run.acknowledger is None and self._inputs.all_connected(wanted):
+                run.acknowledger = Acknowledger(self, window_ticks=1, namespace=run.prefix)
 
     def _decide_clock(self, now_s: float) -> None:
         if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
-            self._sim_time = self._inputs.has_clock()
+            self._sim_time = self._options.clock_topic in self._inputs.by_name
             if not self._sim_time:
                 self._release()
 
     def _accept(self, message: ReceivedMessage) -> None:
-        if self._order is not None:
-            self._accept_in_order(message, self._order)
+        if self._in_order:
+            self._accept_in_order(*message[:2])
             return
-        if message.topic == CLOCK:
-            self._clock_ns = stamp_of(message.data)
+        if message[0].name == self._options.clock_topic:
+            self._clock_ns = stamp_of(message[1])
             self._sim_time = self._sim_time is not False
         if not self._held:
             self._began_s = time.monotonic()
@@ -156,75 +177,78 @@ class Recorder(Node):
     def _release(self) -> None:
         """Write the messages held back, at the time of the clock if there is one."""
         held, self._held = self._held, []
-        for message in held:
+        for source, data, info in held:
             if self._sim_time and self._clock_ns is not None:
-                self._write(message.topic, self._clock_ns, message.data)
+                self._write(source.name, self._clock_ns, data)
             else:
-                self._write(message.topic, message.received_ns, message.data, message.published_ns)
+                self._write(
+                    source.name, info['received_timestamp'], data, info['source_timestamp']
+                )
 
-    def _accept_in_order(self, message: ReceivedMessage, order: TickOrder) -> None:
-        stamp_ns = stamp_of(message.data) if message.stamped else None
-        order.add(message.topic, stamp_ns, self._padding.erase(message.type_name, message.data))
+    def _accept_in_order(self, source: TopicSubscription, data: bytes) -> None:
+        of_run = (run for run in self._runs if source.name.startswith(f'{run.prefix}/'))
+        run = next(of_run, self._runs[0])
+        if (order := run.order) is None:
+            return
+        stamp_ns = stamp_of(data) if source.stamped else None
+        order.add(source.name, stamp_ns, erase_padding(source.type_name, data))
         if order.complete and order.stamp_ns is not None:
             for settled in order.settled():
                 self._write(settled.topic, settled.time_ns, settled.data)
-            self._acknowledge(order.stamp_ns, again=message.topic == CLOCK)
+            repeated = source.name == run.prefix + GROUND_TRUTH  # by the simulator
+            due = order.stamp_ns != run.acknowledged_ns or repeated
+            if run.acknowledger and due and not self._draining:  # then the run stands still
+                run.acknowledged_ns = order.stamp_ns
+                run.acknowledger.acknowledge(order.stamp_ns)
 
     def _write(
         self, name: str, time_ns: int, data: bytes, published_ns: int | None = None
     ) -> None:
-        if self._stopped or not self._inputs.records(name):
+        if self.stopped or not self._inputs.records(name):
             return
         self._add_topic(name)
         self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
-        if not self._stopped:
-            self._counts[name] += 1
 
     def _add_topic(self, name: str) -> None:
-        if name not in self._counts:
-            self._counts[name] = 0
-            self._guard(lambda: self._writer.add_topic(self._inputs.describe(name)))
+        if name not in self._writer.topics:
+            type_name = self._inputs.by_name[name].type_name
+            self._guard(lambda: self._writer.add_topic(bag_topic(self, name, type_name)))
 
     def _guard(self, action: Callable[[], object]) -> None:
         """Act on the bag unless the disk has failed, which is logged once; the graph continues."""
-        if self._stopped:
+        if self.stopped:
             return
         try:
             action()
         except BagStoppedError as error:
-            self._stopped = str(error)
-            self.get_logger().error(self._stopped)
+            self.stopped = str(error)
+            self.get_logger().error(self.stopped)
 
-    def _progress(self) -> str:
-        lost = sum(self._inputs.lost().values())
-        return (
-            f'{sum(self._counts.values())} messages of {len(self._counts)} topics, '
-            f'{self._writer.size / 1e6:.1f} MB, {lost} lost'
-        )
-
-    def _close(self) -> RecordingResult:
-        if self._order is not None:
-            for message in self._order.rest():
+    def _close(self) -> str:
+        for run in self._runs:
+            for message in run.order.rest() if run.order else ():
                 self._write(message.topic, message.time_ns, message.data)
         self._sim_time = bool(self._sim_time)
         self._release()
-        for name in self._inputs.names():
+        for name in filter(self._inputs.records, self._inputs.by_name):
             self._add_topic(name)
-        custom = recording_texts(self._inputs.lost(), sim_time=self._sim_time)
-        self._guard(lambda: self._writer.close(custom))
+        clock, lost = 'sim' if self._sim_time else 'wall', self._inputs.lost()
+        self._writer.custom |= {LOST_KEY: json.dumps(lost), CLOCK_KEY: clock}
+        self._guard(self._writer.close)
         total = self._writer.metadata().total
-        return RecordingResult(
-            path=self._path,
-            counts=total.counts,
-            lost=self._inputs.lost(),
-            duration_s=total.duration_ns * 1e-9,
-            size_bytes=self._writer.size,
-            stopped=self._stopped,
+        losses = ', '.join(f'{count} of {name}' for name, count in sorted(lost.items()))
+        return (
+            f'recorded {total.message_count} messages of {len(total.counts)} topics, '
+            f'{total.duration_ns * 1e-9:.1f} s, {self._writer.size / 1e6:.1f} MB, lost '
+            f'{losses or "none"}{", stopped early" if self.stopped else ""}: {self._path}'
         )
 
 
-def record(options: RecordOptions) -> RecordingResult:
+def record(options: RecordOptions) -> tuple[str, bool]:
     """Record until SIGINT or SIGTERM, or until the time is over.
+
+    Returns:
+        A line about the result, and whether the whole recording is in the bag.
 
     Raises:
         BagError: The bag cannot be made.
@@ -239,10 +263,11 @@ def record(options: RecordOptions) -> RecordingResult:
 
     console = Console(stderr=True)
     status = Status('recording', console=console)
-    with ros_session(DISCOVERY_PROFILE) as closing:
+    with ros_session(profile=DISCOVERY_PROFILE) as closing:
         closing.callback(status.stop)
         if console.is_terminal:
             status.start()
         recorder = Recorder(options)
         closing.callback(recorder.destroy_node)
-        return recorder.record(is_over, status.update)
+        line = recorder.record(is_over, status.update)
+        return line, not recorder.stopped

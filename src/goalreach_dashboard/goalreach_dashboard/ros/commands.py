@@ -15,22 +15,57 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from goalreach_dashboard.placement import checked_choice, checked_pose, checked_speed
 from goalreach_dashboard.state import PageState
 from goalreach_learning.blending import MODES
-from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py import topics
+from goalreach_msgs_py.angles import wrap_angle
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import CommandError, ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
-from goalreach_msgs_py.topics import (
-    CONTROLLER,
-    LOCALIZER,
-    PAUSE_SERVICE,
-    RESET_SERVICE,
-    ROBOT,
-    STEP_SERVICE,
-)
+from goalreach_msgs_py.parameters import numbers_of
+from goalreach_msgs_py.regions import region_name
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
+from goalreach_msgs_py.values import Pose2
 
-_TIMEOUT_S: Final = 3.0
+_TIMEOUT_S: Final = 10.0
 _POLL_S: Final = 0.02
+_MIN_SPEED: Final = 0.01
+_MAX_SPEED: Final = 100.0
+
+
+def checked_pose(value: object, arena: Arena) -> Pose2:
+    """Return the pose of x and y, metres, and the heading, degrees, that a browser sent.
+
+    Raises:
+        ConfigurationError: Anything else was sent, or the pose is not on the free floor.
+    """
+    x_m, y_m, heading_deg = numbers_of(value, (3,), 'place')
+    if not arena.is_free(x_m, y_m):
+        raise ConfigurationError('place', (x_m, y_m), 'on the free floor')
+    return Pose2(x_m=x_m, y_m=y_m, heading_rad=wrap_angle(math.radians(heading_deg)))
+
+
+def checked_speed(value: object) -> float:
+    """Return a speed, simulated seconds per second of the wall clock.
+
+    Raises:
+        ConfigurationError: It is not a number from 0.01 to 100.
+    """
+    (speed,) = numbers_of(value, (), 'speed')
+    if not _MIN_SPEED <= speed <= _MAX_SPEED:
+        raise ConfigurationError('speed', speed, 'from 0.01 to 100')
+    return speed
+
+
+def checked_choice(name: str, value: object, choices: tuple[str, ...]) -> str:
+    """Return one of the choices.
+
+    Raises:
+        ConfigurationError: It is not among them.
+    """
+    if not isinstance(value, str) or value not in choices:
+        raise ConfigurationError(name, value, 'one of ' + ', '.join(choices))
+    return value
 
 
 class GraphCommands:
@@ -40,7 +75,7 @@ class GraphCommands:
     and CommandError where a node refuses or does not respond.
 
     Calls: `/nomad200/pause`, `/nomad200/step`, `/nomad200/reset` and `set_parameters_atomically`
-    of the robot, the localizer and the controller.
+    of the nodes.
 
     Args:
         node: A node on an executor.
@@ -49,12 +84,12 @@ class GraphCommands:
 
     def __init__(self, node: Node, state: PageState) -> None:
         self._state = state
-        self._pause = node.create_client(SetBool, PAUSE_SERVICE)
-        self._step = node.create_client(Trigger, STEP_SERVICE)
-        self._reset = node.create_client(Trigger, RESET_SERVICE)
+        self._pause = node.create_client(SetBool, topics.PAUSE_SERVICE.removeprefix('/'))
+        self._step = node.create_client(Trigger, topics.STEP_SERVICE.removeprefix('/'))
+        self._reset = node.create_client(Trigger, topics.RESET_SERVICE.removeprefix('/'))
         self._parameters = {
-            name: node.create_client(SetParametersAtomically, f'/{name}/set_parameters_atomically')
-            for name in (ROBOT, LOCALIZER, CONTROLLER)
+            name: node.create_client(SetParametersAtomically, f'{name}/set_parameters_atomically')
+            for name in (ROBOT, LOCALIZER, ESTIMATOR, CONTROLLER)
         }
 
     async def execute(self, name: object, value: object) -> str:
@@ -70,6 +105,7 @@ class GraphCommands:
             'speed': self.set_speed,
             'mode': self.set_mode,
             'noise': self.set_noise,
+            'goal': self.move_goal,
         }
         if not isinstance(name, str) or name not in commands:
             raise CommandError('no such command')
@@ -118,6 +154,22 @@ class GraphCommands:
         await self._set(ROBOT, values)
         await self._set(LOCALIZER, values)
         return f'noise: {preset}'
+
+    async def move_goal(self, value: object) -> str:
+        """Make the region that holds a point the goal: x and y, metres."""
+        if self._state.learning:
+            raise CommandError('a learning robot keeps its goal')
+        x_m, y_m = numbers_of(value, (2,), 'goal')
+        regions = self._state.arena.regions
+        if not (
+            x_m <= regions.x_knots_m[-1] and y_m <= regions.y_knots_m[-1] and min(x_m, y_m) >= 0
+        ):
+            raise ConfigurationError('goal', (x_m, y_m), 'on the floor')
+        name = region_name(regions.region_at(x_m, y_m), regions.shape)
+        await self._set(CONTROLLER, {'goal': name})
+        await self._set(ESTIMATOR, {'goal': name})
+        await self._set(ROBOT, {'goal_region': name})
+        return f'goal: {name}'
 
     async def _set(self, node: str, values: Mapping[str, object]) -> None:
         parameters = [

@@ -1,24 +1,100 @@
-"""Connects the live page to a graph."""
+"""Connects the live page to a graph: what it publishes, its parameters, commands to it."""
 
+from collections.abc import Mapping
+import contextlib
+from dataclasses import fields
+from functools import partial
 import time
-from typing import Final
+from typing import Any, Final
 
+from rcl_interfaces.srv import GetParameters
 import rclpy
+from rclpy.client import Client
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
 
 from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_dashboard.ros.listener import GraphListener
-from goalreach_dashboard.ros.parameters import ParameterPoller
 from goalreach_dashboard.state import PageState
 from goalreach_dashboard.views.page import View, page_view
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.ros.node import NO_LOG_FILE
+from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT, STATE
 
 _LINGER_S: Final = 5.0
 """Time after the last browser has gone for which the page stays subscribed: a reload keeps the
 trails. Chosen."""
+_ROBOTS_PERIOD_S: Final = 1.0
+"""Time between two looks for robots. Chosen."""
+
+
+_PERIOD_S: Final = 0.25
+"""A node that does not publish counts as down when it has not responded for 0.8 s; a response
+costs it half a millisecond."""
+_TIMEOUT_S: Final = 0.75
+_NOISE: Final = tuple(f'noise.{field.name}' for field in fields(NoiseModel))
+_POLLED: Final = {
+    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *_NOISE),
+    CONTROLLER: ('mode', 'learn'),
+}
+_ANY_PARAMETER: Final = ('use_sim_time',)
+
+
+class ParameterPoller:
+    """Gets parameters of every node four times a second.
+
+    Calls: `get_parameters` of the four nodes.
+
+    Args:
+        node: A node on an executor.
+        state: The state to update.
+    """
+
+    def __init__(self, node: Node, state: PageState) -> None:
+        self._state = state
+        self._clients: dict[str, Client[Any, Any]] = {
+            name: node.create_client(GetParameters, f'{name}/get_parameters') for name in NODES
+        }
+        self._called_s: dict[str, float] = {}
+        self._pending: dict[str, Any] = {}
+        self._robot_parameters: Mapping[str, Any] = {}
+
+    def poll(self, now_s: float) -> None:
+        """Call the nodes that are due; drop calls that have timed out.
+
+        Args:
+            now_s: Time of the monotonic clock.
+        """
+        for name, client in self._clients.items():
+            elapsed_s = now_s - self._called_s.get(name, 0.0)
+            if name in self._pending:
+                if elapsed_s < _TIMEOUT_S:
+                    continue
+                client.remove_pending_request(self._pending.pop(name))
+            if elapsed_s < _PERIOD_S or not client.service_is_ready():
+                continue
+            names = _POLLED.get(name, _ANY_PARAMETER)
+            future = client.call_async(GetParameters.Request(names=names))
+            self._called_s[name] = now_s
+            self._pending[name] = future
+            future.add_done_callback(partial(self._on_response, name, names))
+
+    def _on_response(self, node: str, names: tuple[str, ...], future: Any) -> None:
+        self._pending.pop(node, None)
+        if future.cancelled() or future.exception() is not None:
+            return
+        values = [parameter_value_to_python(value) for value in future.result().values]
+        parameters = dict(zip(names, values, strict=False))
+        self._state.health.record_response(node, time.monotonic())
+        self._state.parameters[node] = parameters
+        if node == ROBOT and parameters != self._robot_parameters:
+            self._robot_parameters = parameters
+            with contextlib.suppress(ConfigurationError):  # another project's robot
+                self._state.set_arena(Arena.from_parameters(parameters))
 
 
 class GraphClient:
@@ -29,17 +105,24 @@ class GraphClient:
 
     Args:
         arena: The arena, until the robot's parameters describe another.
+        robot: Namespace of the robot.
 
     Attributes:
+        robots: Namespaces of the domain's robots, this one included; the default one is empty.
         state: What the page shows.
         commands: Commands to the nodes; responses arrive while `update` is called.
     """
 
-    def __init__(self, arena: Arena) -> None:
-        rclpy.init(args=list(NO_LOG_FILE), signal_handler_options=SignalHandlerOptions.NO)
+    def __init__(self, arena: Arena, robot: str = '') -> None:
+        self._is_first = not rclpy.ok()
+        if self._is_first:
+            rclpy.init(args=list(NO_LOG_FILE), signal_handler_options=SignalHandlerOptions.NO)
+        self._robot = robot
+        self._robots_due_s = 0.0
+        self.robots = [robot]
         self.state = PageState(arena=arena)
         self._nodes = [
-            Node(name, enable_rosout=False, start_parameter_services=False)
+            Node(name, namespace=robot, enable_rosout=False, start_parameter_services=False)
             for name in ('dashboard', 'dashboard_client')
         ]
         polled, client = self._nodes
@@ -51,11 +134,14 @@ class GraphClient:
         self._linger_until_s = 0.0
         self._view: View = {}
 
-    def update(self, *, watched: bool) -> None:
+    def update(self, *, watched: bool) -> bool:
         """Take what has arrived.
 
         Args:
             watched: Whether a browser is open.
+
+        Returns:
+            Whether the page is subscribed: while a browser is open, and for 5 s after.
         """
         now_s = time.monotonic()
         if watched:
@@ -66,6 +152,10 @@ class GraphClient:
         self._handle_responses()
         if subscribed:
             self._poller.poll(now_s)
+            if now_s >= self._robots_due_s:
+                self._robots_due_s = now_s + _ROBOTS_PERIOD_S
+                self.robots = sorted({self._robot, *_robots(self._nodes[0])})
+        return subscribed
 
     def _handle_responses(self) -> None:
         """Handle all events that have come: of each response first itself, then its callback."""
@@ -77,12 +167,25 @@ class GraphClient:
     def view(self) -> View:
         """Return the page as it is to be shown now; after the end of a run, as it was then."""
         if not self.state.ended or not self._view:
-            self._view = page_view(self.state, time.monotonic())
+            shown = page_view(self.state, time.monotonic())
+            self._view = {**shown, 'robot': self._robot, 'robots': self.robots}
         return self._view
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Leave the graph; the first client, which has initialised rclpy, must leave last."""
         self._executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
-        rclpy.try_shutdown()
+        if self._is_first:
+            rclpy.try_shutdown()
+
+
+def _robots(node: Node) -> list[str]:
+    """Return the namespaces in which a region state is published."""
+    return [
+        name.removesuffix(STATE).strip('/')
+        for name, types in node.get_topic_names_and_types()
+        if name.endswith(STATE)
+        and 'diagnostic_msgs/msg/DiagnosticArray' in types
+        and node.count_publishers(name)
+    ]

@@ -1,31 +1,43 @@
-"""Updates the live page's state from the topics of a graph."""
+"""Updates the live page's state from the topics of a graph, which it polls when it draws.
 
-from collections import deque
+The page draws 20 frames a second, whatever the graph's rate. The middleware keeps the newest
+messages of each topic: messages that are never shown are never deserialized, and rates are
+computed from the publishers' sequence numbers.
+"""
+
+import base64
+from collections import OrderedDict, deque
 from collections.abc import Callable
 import math
 import time
 from typing import Any, Final
 
+import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
+import numpy as np
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, JointState, LaserScan
-from std_msgs.msg import Float64MultiArray
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, LaserScan
+from std_msgs.msg import Float64MultiArray, String
+from visualization_msgs.msg import Marker, MarkerArray
 
-from goalreach_dashboard.ros.subscriptions import CameraReader, PolledSubscription, best_effort
-from goalreach_dashboard.state import PageState
+from goalreach_dashboard.state import CameraPicture, Landmarks, PageState
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import MessageError, stamp_of
 from goalreach_msgs_py.diagnostic_messages import (
+    learner_from_raw,
     q_table_from_raw,
     state_from_raw,
+    statuses_from_raw,
     transition_from_raw,
 )
+from goalreach_msgs_py.image_messages import compressed_image_from_raw, image_from_raw
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
-from goalreach_msgs_py.ros.messaging import LATCHED_QOS
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RawReader
 from goalreach_msgs_py.sensor_messages import (
     bumpers_from_raw,
     camera_from_raw,
@@ -34,32 +46,172 @@ from goalreach_msgs_py.sensor_messages import (
 )
 from goalreach_msgs_py.values import Transition
 
+
+def best_effort(depth: int) -> QoSProfile:
+    """Return the profile of a subscription that keeps the newest messages and may lose some."""
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class PolledSubscription(RawReader):
+    """A subscription of the page, whose newest messages alone matter.
+
+    Args:
+        node: A node that no executor spins.
+        message_type: Type of the messages.
+        topic: Name of the topic.
+        qos: Quality of service; its depth is the number of messages kept.
+
+    Attributes:
+        topic: Name of the topic.
+        number: Sequence number of the last message, as its publisher counts; where a topic has
+            several publishers, the number of messages taken.
+    """
+
+    def __init__(self, node: Node, message_type: type[Any], topic: str, qos: QoSProfile) -> None:
+        self.topic = topic
+        self.number = 0
+        self._taken = 0
+        name = topic.removeprefix('/')
+        if topic == topics.CLOCK and not node.count_publishers(name):
+            name = topic  # no robot in a namespace that has a clock of its own
+        super().__init__(node, message_type, name, qos)
+
+    def take(self) -> list[bytes]:
+        """Return the serialized messages received since the last call, oldest first."""
+        messages: list[bytes] = []
+        for message, info in self.received():
+            messages.append(message)
+            self.number = info['publication_sequence_number']
+        self._taken += len(messages)
+        if not self.number or self.count_publishers() > 1:
+            self.number = self._taken
+        return messages
+
+
+_JPEG_QUALITY: Final = 70
+_LANDMARK_STAMPS: Final = 128
+_IMAGE_PERIOD_S: Final = 0.1
+_IMAGE_TOLERANCE_S: Final = 0.03
+"""Images arrive ten times a second; which 50 ms frame of the page finds one varies."""
+_LANDMARK_TIMEOUT_S: Final = 0.5
+"""Longest wait for the detections of an image. Chosen."""
+_PNG_SIGNATURE: Final = b'\x89PNG'
+
+
+def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> CameraPicture:
+    """Return an encoded image as the page shows it.
+
+    Args:
+        encoded: JPEG or PNG.
+        landmarks: LEDs detected in this image; empty where unknown.
+        stamp_ns: Stamp of the image, nanoseconds.
+
+    Raises:
+        MessageError: OpenCV cannot decode the image.
+    """
+    image = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise MessageError(f'compressed image of {len(encoded)} bytes: not JPEG or PNG')
+    kind = 'png' if encoded.startswith(_PNG_SIGNATURE) else 'jpeg'
+    height_px, width_px = image.shape
+    return CameraPicture(
+        url=f'data:image/{kind};base64,{base64.b64encode(encoded).decode("ascii")}',
+        width_px=width_px,
+        height_px=height_px,
+        landmarks=landmarks,
+        stamp_ns=stamp_ns,
+    )
+
+
+class CameraReader:
+    """Joins camera images with the landmarks detected in them, at most ten a second.
+
+    Subscribes: `/camera/image_raw/compressed`; where nobody publishes that, as in a replayed bag,
+    `/camera/image_raw`.
+
+    Args:
+        node: A node that no executor spins.
+
+    Attributes:
+        subscription: The subscription of the images.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._landmarks: OrderedDict[int, bytes] = OrderedDict()
+        self._image: bytes | None = None
+        self._image_s = -math.inf
+        self.subscription = self._subscribe(topics.COMPRESSED_IMAGE)
+
+    def _subscribe(self, topic: str) -> PolledSubscription:
+        message_type = CompressedImage if topic == topics.COMPRESSED_IMAGE else Image
+        return PolledSubscription(self._node, message_type, topic, best_effort(1))
+
+    def add_landmarks(self, raw: bytes) -> None:
+        """Keep detections until the image of their stamp arrives."""
+        self._landmarks[stamp_of(raw)] = raw
+        while len(self._landmarks) > _LANDMARK_STAMPS:
+            self._landmarks.popitem(last=False)
+
+    def read(self) -> CameraPicture | None:
+        """Return a new picture once its landmarks are known, or have not come in time.
+
+        Raises:
+            MessageError: The image or its landmarks cannot be used.
+        """
+        self._select_topic()
+        now_s = time.monotonic()
+        if self._image is None and now_s - self._image_s >= _IMAGE_PERIOD_S - _IMAGE_TOLERANCE_S:
+            images = self.subscription.take()
+            if images:
+                self._image, self._image_s = images[-1], now_s
+        raw = self._image
+        if raw is None:
+            return None
+        stamp_ns = stamp_of(raw)
+        landmarks = self._landmarks.get(stamp_ns)
+        if landmarks is None and now_s - self._image_s < _LANDMARK_TIMEOUT_S:
+            return None
+        self._image = None
+        detected = () if landmarks is None else landmarks_from_raw(landmarks)
+        return camera_picture(self._encoded(raw), detected, stamp_ns)
+
+    def _select_topic(self) -> None:
+        count = self._node.count_publishers
+        image = topics.IMAGE.removeprefix('/')
+        raw_only = count(image) and not count(f'{image}/compressed')
+        topic = topics.IMAGE if raw_only else topics.COMPRESSED_IMAGE
+        if topic != self.subscription.topic:
+            self.close()
+            self._image = None
+            self.subscription = self._subscribe(topic)
+
+    def _encoded(self, raw: bytes) -> bytes:
+        if self.subscription.topic == topics.COMPRESSED_IMAGE:
+            return compressed_image_from_raw(raw)
+        quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
+        return bytes(cv2.imencode('.jpg', image_from_raw(raw), quality)[1])
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self.subscription.close()
+
+
 _BUMP_SHOWN_S: Final = 0.6
 _TRUTH_TIMEOUT_S: Final = 0.5
 """Longest wait of a transition for the true pose of its stamp, which may arrive later. Chosen."""
-_WATCHED: Final[dict[str, tuple[type[Any], int]]] = {
-    topics.DIAGNOSTICS: (DiagnosticArray, 20),
-    topics.CMD_VEL: (TwistStamped, 1),
-    topics.STATE: (DiagnosticArray, 1),
-    topics.POSE: (PoseWithCovarianceStamped, 5),
-    topics.HEAD_COMMAND: (JointState, 1),
-    topics.LANDMARKS: (PolygonStamped, 100),
-    topics.GROUND_TRUTH: (Odometry, 100),
-    topics.CLOCK: (Clock, 1),
-    topics.ODOM: (Odometry, 1),
-    topics.JOINT_STATES: (JointState, 1),
-    topics.BUMPERS: (LaserScan, 20),
-    topics.CAMERA_INFO: (CameraInfo, 1),
-}
-"""Types and queue lengths, in the order in which topics are taken: the truth after what is
-compared with it."""
+_Handler = Callable[[bytes], None]
+
+
+def _count_alone(_: bytes) -> None:
+    """Do nothing with a message whose rate alone is shown, or that is handled with others."""
 
 
 class GraphListener:
     """Updates the page's state from the topics of a graph.
 
-    Subscribes: `/q_learning/transition` and `/q_learning/q_table` always, so that no path is
-    missed; every other topic of the four nodes, except `/path`, only while the page is watched.
+    Subscribes: the topics of `/q_learning` always, so that no path is missed; every other topic of
+    the four nodes, except `/path`, only while the page is watched.
 
     Args:
         node: A node that no executor spins.
@@ -69,38 +221,52 @@ class GraphListener:
     def __init__(self, node: Node, state: PageState) -> None:
         self._node = node
         self._state = state
-        self._transitions = PolledSubscription(
-            node, DiagnosticArray, topics.TRANSITION, QoSProfile(depth=500)
-        )
-        self._q_table = PolledSubscription(node, Float64MultiArray, topics.Q_TABLE, LATCHED_QOS)
         self._watched: tuple[PolledSubscription, ...] = ()
         self._camera: CameraReader | None = None
         self._pending: deque[tuple[float, int, Transition]] = deque()
         self._bump_s = -math.inf
-        # The truth comes first: estimates are compared with it by stamp.
-        self._handlers: tuple[tuple[str, Callable[[bytes], None]], ...] = (
-            (topics.GROUND_TRUTH, self._on_truth),
-            (topics.CLOCK, self._setter('clock_ns', stamp_of)),
-            (topics.ODOM, self._on_odometry),
-            (topics.JOINT_STATES, self._setter('head', head_from_raw)),
-            (topics.BUMPERS, self._on_bumpers),
-            (topics.CAMERA_INFO, self._on_camera_info),
-            (topics.STATE, self._setter('state', state_from_raw)),
-            (topics.LANDMARKS, self._on_landmarks),
+        keep = self._setter
+        self._always: dict[PolledSubscription, _Handler] = {
+            PolledSubscription(node, message_type, topic, qos): handler
+            for message_type, topic, qos, handler in (
+                (DiagnosticArray, topics.TRANSITION, QoSProfile(depth=500), self._on_transition),
+                (Float64MultiArray, topics.Q_TABLE, LATCHED_QOS, self._on_q_table),
+                (String, topics.MODEL, LATCHED_QOS, keep('learner', learner_from_raw)),
+            )
+        }
+        # Type, topic, depth (0: latched) and handler. Taken from last to first, so the truth after
+        # what is compared with it; handled from first to last, so the truth before that.
+        self._inputs: tuple[tuple[type[Any], str, int, _Handler], ...] = (
+            (Odometry, topics.GROUND_TRUTH, 100, self._on_truth),
+            (Clock, topics.CLOCK, 1, keep('clock_ns', stamp_of)),
+            (Odometry, topics.ODOM, 1, self._on_odometry),
+            (JointState, topics.JOINT_STATES, 1, keep('head', head_from_raw)),
+            (LaserScan, topics.BUMPERS, 20, self._on_bumpers),
+            (CameraInfo, topics.CAMERA_INFO, 1, self._on_camera_info),
+            (DiagnosticArray, topics.STATE, 1, keep('state', state_from_raw)),
+            (PolygonStamped, topics.LANDMARKS, 100, self._on_landmarks),
+            (DiagnosticArray, topics.BEHAVIORS, 1, keep('behaviors', statuses_from_raw)),
+            (MarkerArray, topics.MARKERS, 0, self._on_markers),
+            (PoseWithCovarianceStamped, topics.POSE, 5, _count_alone),
+            (JointState, topics.HEAD_COMMAND, 1, _count_alone),
+            (TwistStamped, topics.CMD_VEL, 1, _count_alone),
+            (DiagnosticArray, topics.DIAGNOSTICS, 20, _count_alone),
         )
 
     def watch(self, *, watched: bool) -> None:
         """Subscribe to what the page shows, or unsubscribe.
 
         Args:
-            watched: Whether somebody watches the page.
+            watched: Whether a browser is open.
         """
         if watched and self._camera is None:
             self._state.restart()
             self._camera = CameraReader(self._node)
             self._watched = tuple(
-                PolledSubscription(self._node, message_type, topic, best_effort(depth))
-                for topic, (message_type, depth) in _WATCHED.items()
+                PolledSubscription(
+                    self._node, message_type, topic, best_effort(depth) if depth else LATCHED_QOS
+                )
+                for message_type, topic, depth, _ in reversed(self._inputs)
             )
         elif not watched and self._camera is not None:
             self._camera.close()
@@ -112,11 +278,10 @@ class GraphListener:
         """Take what has arrived; messages that cannot be used are logged and skipped."""
         received = {each.topic: self._take(each) for each in self._watched}
         # Taken after the truth and added before it: a true pose that is dropped next still counts.
-        for raw in self._take(self._transitions):
-            self._guard(self._on_transition, raw)
-        for raw in self._take(self._q_table):
-            self._guard(self._on_q_table, raw)
-        for topic, handler in self._handlers:
+        for subscription, handler in self._always.items():
+            for raw in self._take(subscription):
+                self._guard(handler, raw)
+        for _, topic, _, handler in self._inputs:
             for raw in received.get(topic, ()):
                 self._guard(handler, raw)
         self._guard(self._on_poses, received.get(topics.POSE, []))
@@ -127,8 +292,7 @@ class GraphListener:
             self._guard(self._read_image, self._camera)
 
     def _take(self, subscription: PolledSubscription) -> list[Any]:
-        messages = subscription.take()
-        if messages:
+        if messages := subscription.take():
             self._record(subscription)
         return messages
 
@@ -154,10 +318,8 @@ class GraphListener:
 
     def _on_truth(self, raw: bytes) -> None:
         """Add a true pose, and at once the transitions of its stamp: the next may be elsewhere."""
-        stamp_ns = stamp_of(raw)
-        pose = odometry_from_raw(raw).pose
-        self._state.poses.add_truth(stamp_ns, pose)
-        self._add_transitions(stamp_ns)
+        self._state.poses.add_truth(stamp_of(raw), odometry_from_raw(raw).pose)
+        self._add_transitions(stamp_of(raw))
 
     def _add_transitions(self, truth_ns: int) -> None:
         """Add the transitions whose true pose has arrived, or has not come in time."""
@@ -180,6 +342,19 @@ class GraphListener:
         if any(pressed) or now_s - self._bump_s > _BUMP_SHOWN_S:
             self._state.bumpers = pressed
 
+    def _on_markers(self, raw: bytes) -> None:
+        """Keep the obstacles: x, y, length, width (m), heading (rad), whether round."""
+        self._state.obstacles = [
+            (
+                *(round(m, 3) for m in (at.position.x, at.position.y, size.x, size.y)),
+                2.0 * math.atan2(at.orientation.z, at.orientation.w),
+                marker.type == Marker.CYLINDER,
+            )
+            for marker in deserialize_message(raw, MarkerArray).markers
+            if marker.ns == 'obstacles'
+            for at, size in [(marker.pose, marker.scale)]
+        ]
+
     def _on_camera_info(self, raw: bytes) -> None:
         camera = camera_from_raw(raw)
         self._state.fov_rad = 2.0 * math.atan(camera.width_px / 2.0 / camera.fx_px)
@@ -191,7 +366,7 @@ class GraphListener:
     def _on_poses(self, poses: list[bytes]) -> None:
         """Add the newest pose that can be compared with the truth, else the newest."""
         stamped = [(stamp_of(raw), raw) for raw in poses]
-        compared = [each for each in stamped if self._state.poses.truth_at(each[0]) is not None]
+        compared = [each for each in stamped if each[0] in self._state.poses.truths]
         for stamp_ns, raw in (compared or stamped)[-1:]:
             self._state.add_estimate(stamp_ns, estimate_from_raw(raw))
 

@@ -45,7 +45,7 @@ export function drawer(page) {
     const [[x0, y0], [x1, y1]] = [centre - width / 2, centre + width / 2].map((angle) => polar(radius, angle));
     return `${r(x0)} ${r(y0)}A${radius} ${radius} 0 0 0 ${r(x1)} ${r(y1)}`;
   };
-  const regions = () => [0, 1, 2].flatMap((i) => [0, 1, 2].map((j) => [i, j]));
+  const regions = () => view.arena.labels[0].flatMap((_, i) => view.arena.labels[1].map((__, j) => [i, j]));
   const centre = ([i, j]) => {
     const [x, y] = view.arena.borders;
     return cm([(x[i] + x[i + 1]) / 2, (y[j] + y[j + 1]) / 2]);
@@ -60,10 +60,12 @@ export function drawer(page) {
     const [gi, gj] = view.arena.goal;
     const parts = [
       area('floor', 0, 0, ...size),
+      ...view.arena.forbidden.map(([i, j]) => area('forbidden', xs[i], ys[j], xs[i + 1], ys[j + 1], ' data-testid="forbidden"')),
       area('goal', xs[gi], ys[gj], xs[gi + 1], ys[gj + 1], ' data-testid="goal"'),
-      ...[[1, 2], [3, 4]].flatMap(([low, high]) => [area('fade', x[low], 0, x[high], size[1]), area('fade', 0, y[low], size[0], y[high])]),
-      ...xs.slice(1, 3).map((each) => `<path class="border" d="M${r(100 * each)} 0V${r(length)}"/>`),
-      ...ys.slice(1, 3).map((each) => `<path class="border" d="M0 ${r(length - 100 * each)}H${r(width)}"/>`),
+      ...xs.slice(1, -1).map((_, n) => area('fade', x[2 * n + 1], 0, x[2 * n + 2], size[1])),
+      ...ys.slice(1, -1).map((_, n) => area('fade', 0, y[2 * n + 1], size[0], y[2 * n + 2])),
+      ...xs.slice(1, -1).map((each) => `<path class="border" d="M${r(100 * each)} 0V${r(length)}"/>`),
+      ...ys.slice(1, -1).map((each) => `<path class="border" d="M0 ${r(length - 100 * each)}H${r(width)}"/>`),
       ...regions().map(([i, j]) => {
         const [left, top] = [r(100 * xs[i] + 6), length - 100 * ys[j + 1]];
         return `<text class="region" x="${left}" y="${r(top + 13)}">${labels[0][i]}</text>`
@@ -80,7 +82,7 @@ export function drawer(page) {
       const at = ends.map((each) => abscissa(each, ends));
       const line = (n, points) => `<polyline class="set set-${n}" points="${points.map(([k, v]) => `${r(at[k])},${v}`).join(' ')}"/>`;
       html(`sets-${'xy'[axis]}`, '<path class="axis" d="M8 74H392"/>'
-        + line(0, [[0, 20], [1, 20], [2, 74]]) + line(1, [[1, 74], [2, 20], [3, 20], [4, 74]]) + line(2, [[3, 74], [4, 20], [5, 20]])
+        + labels[axis].map((_, n, all) => line(n % 3, [...(n ? [[2 * n - 1, 74]] : []), [2 * n, 20], [2 * n + 1, 20], ...(n < all.length - 1 ? [[2 * n + 2, 74]] : [])])).join('')
         + labels[axis].map((label, n) => `<text class="label" x="${r((at[2 * n] + at[2 * n + 1]) / 2)}" y="13">${label}</text>`).join('')
         + ends.map((each, n) => `<text class="knot" x="${r(at[n])}" y="88">${fixed(each, 2)}</text>`).join(''));
     }
@@ -89,7 +91,7 @@ export function drawer(page) {
     dataset.start = `${fixed(size[0] / 2, 2)} ${fixed(size[1] / 2, 2)} -90`;
   }
 
-  const abscissa = (value, knots) => 8 + 384 * Math.min(1, Math.max(0, (value - knots[0]) / (knots[5] - knots[0])));
+  const abscissa = (value, knots) => 8 + 384 * Math.min(1, Math.max(0, (value - knots[0]) / (knots.at(-1) - knots[0])));
 
   function robot() {
     const { truth, camera, bumpers } = view;
@@ -193,6 +195,21 @@ export function drawer(page) {
     see('commanded', shown, { x1: r(x1), y1: r(y1), x2: r(x1 + dx), y2: r(y1 + dy) });
   }
 
+  function obstacles() {
+    html('obstacles', view.obstacles.map(([x, y, length, width, angle, round]) => {
+      const [l, w] = [100 * length, 100 * width];
+      return `<g transform="${move([x, y])} ${rotate(angle)}">${round ? `<circle r="${r(l / 2)}"/>` : `<rect x="${r(-l / 2)}" y="${r(-w / 2)}" width="${r(l)}" height="${r(w)}"/>`}</g>`;
+    }).join(''));
+  }
+
+  function behaviors() {
+    const { behaviors: found, estimate: at, lost } = view;
+    find('behaviors-part').hidden = !found.length;
+    html('behaviors', found.map(([name, angle, said, heard]) => `<li class="${heard ? 'heard' : ''}"><b>${name}</b> <span>${said}</span> <i>${angle === null ? '' : degrees(angle, 0)}</i></li>`).join(''));
+    const aimed = at && !lost ? found.filter(([, angle]) => angle !== null) : [];
+    html('proposals', aimed.map(([, angle, , heard]) => `<g transform="${move(at.pose)}">${arrow(heard ? 'heard' : 'unheard', angle, 46)}</g>`).join(''));
+  }
+
   // The figures stay below the sets' upper edge, clear of the labels; where two sets share the
   // value, one stands on its left and one on its right.
   function region() {
@@ -220,6 +237,27 @@ export function drawer(page) {
     // The window is the smallest in which the localizer tracks an LED.
     html('detections', leds.map((led, n) => (led ? `<g data-testid="detection-${n + 1}"><rect x="${r(led[0] - 20)}" y="${r(led[1] - 20)}" width="40" height="40"/>`
       + `<text x="${r(Math.min(width - 36, Math.max(36, led[0])))}" y="${r(Math.max(led[1] - 28, 20))}">LED ${n + 1}</text></g>` : '')).join(''));
+  }
+
+  // What a planner takes for floor, and walls where it felt them: the body's radius before its centre.
+  function model() {
+    const known = view.model;
+    find('model-row').hidden = !known;
+    if (!known) { html('model', ''); return; }
+    const { walls, spans_m: [columns, rows], entered } = known;
+    const been = new Set(entered.map(([region]) => region.join()));
+    const places = columns.flatMap(([i, [x0, x1]]) => rows.map(([j, [y0, y1]]) => [been.has(`${i},${j}`), cm([x0, y1]), cm([x1, y0])]));
+    const corners = [columns, rows].map((axis) => axis.flatMap(([, span]) => span));
+    const [[left, right], [near, far]] = corners.map((all) => [Math.min(...all), Math.max(...all)]);
+    const line = ([ux, uy, limit]) => {
+      const along = [left, right].flatMap((x) => [near, far].map((y) => x * -uy + y * ux));
+      const gap = limit + view.arena.body_m;
+      const ends = [Math.min(...along), Math.max(...along)].map((t) => cm([ux * gap - uy * t, uy * gap + ux * t]).map(r).join(' '));
+      return `<path class="felt" data-testid="felt-wall" d="M${ends.join('L')}"/>`;
+    };
+    html('model', places.map(([entry, [x0, y0], [x1, y1]]) => `<rect class="${entry ? 'known' : 'imagined'}" x="${r(x0)}" y="${r(y0)}" width="${r(x1 - x0)}" height="${r(y1 - y0)}"/>`).join('') + walls.map(line).join(''));
+    const count = (number, name) => `${number} ${name}${number === 1 ? '' : 's'}`;
+    text('model-text', `${count(walls.length, 'wall')} felt, ${count(places.filter(([entry]) => entry).length, 'region')}, ${places.filter(([entry]) => !entry).length} imagined`);
   }
 
   function learning() {
@@ -271,6 +309,12 @@ export function drawer(page) {
     }
   }
 
+  function robots() {
+    find('robots').hidden = view.robots.length < 2;
+    find('robot-choice').replaceChildren(...view.robots.map((name) => make('option', { value: name }, name || '/')));
+    find('robot-choice').value = view.robot;
+  }
+
   const painters = [
     [['arena'], floor],
     [['truth', 'camera', 'fov', 'bumpers', 'seen', 'lost', 'arena'], robot],
@@ -282,10 +326,14 @@ export function drawer(page) {
     [['policy', 'arena'], values],
     [['votes', 'heading', 'note', 'estimate', 'last', 'lost'], decision],
     [['region', 'arena'], region],
+    [['obstacles', 'arena'], obstacles],
+    [['behaviors', 'estimate', 'lost'], behaviors],
     [['picture'], picture],
     [['last', 'outcomes', 'curve', 'learning'], learning],
+    [['model', 'arena'], model],
     [['status', 'mode', 'path', 'time_s', 'speed', 'clock', 'noise', 'learning'], summary],
     [['nodes'], nodes],
+    [['robot', 'robots'], robots],
     [['topics'], () => html('topics', view.topics.map(([topic, rate]) => `<li><span>${topic}</span><b>${r(rate)}</b></li>`).join(''))],
   ];
 

@@ -56,7 +56,6 @@ function connect() {
       accepted = true;
       page.set('lost', false);
       page.set('ended', false);
-      run.restart();
       steering.offer(message.hello);
       steering.allow(message.hello.steers);
       ours.send('{"next": true}');
@@ -91,6 +90,7 @@ function apply(difference, events) {
   painted = performance.now();
   page.set('waiting', false);
   const changed = drawing.apply(difference);
+  if (changed.has('robot')) run.restart(); // a whole view: all events of its robot follow
   for (const event of events) run.add(event);
   if (changed.has('stamp')) drawError(page, drawing.view());
   describe(page, false);
@@ -103,9 +103,9 @@ setInterval(() => {
   const silent = performance.now() - painted > SILENCE_MS;
   if (!document.hidden && silent && socket?.readyState === WebSocket.OPEN && !page.is('waiting')) {
     page.send({ next: true });
-    run.restart();
   }
 }, 1500);
+elements.get('robot-choice').onchange = ({ target }) => page.send({ robot: target.value });
 addEventListener('hashchange', () => { if (location.hash.includes(`${KEY}=`)) location.reload(); });
 
 const drawing = drawer(page);

@@ -102,10 +102,23 @@ export function steer(page, run) {
     const values = [pressed.x / 100, length - pressed.y / 100, heading];
     fill(values.map((value, index) => (value + 0).toFixed(index < 2 ? 2 : 0).replace(/^-0(\.0+)?$/, '0')));
   }
-  find('place-switch').onclick = () => place(!page.is('placing'));
+  find('place-switch').onclick = () => { aim(false); place(!page.is('placing')); };
   find('place-cancel').onclick = () => place(false);
   find('pose-form').onsubmit = (event) => { event.preventDefault(); sendPose(); };
   find('pose-form').oninput = preview;
+  // --- moving the goal: the next press on the arena names its region
+  function aim(on) {
+    page.set('aiming', on);
+    find('goal-switch').setAttribute('aria-pressed', on);
+  }
+  find('goal-switch').onclick = () => { place(false); aim(!page.is('aiming')); };
+  arena.addEventListener('pointerdown', (event) => {
+    if (!page.is('aiming') || event.button) return;
+    event.preventDefault();
+    const { x, y } = picturePoint(event);
+    page.command('goal', [x / 100, size()[1] - y / 100]);
+    aim(false);
+  });
   arena.addEventListener('pointerdown', (event) => {
     if (!page.is('placing') || event.button) return;
     event.preventDefault();

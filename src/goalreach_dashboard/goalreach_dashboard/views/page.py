@@ -13,14 +13,14 @@ from goalreach_dashboard.health import NodeStatus
 from goalreach_dashboard.state import TOPICS_OF, CameraPicture, PageState
 from goalreach_learning.blending import MODES, Vote, blend, votes
 from goalreach_learning.kinematic_drive import blended_track
-from goalreach_learning.policy import Policy
-from goalreach_learning.task import ACTION_HEADINGS_RAD
+from goalreach_learning.policy import Policy, action_headings_rad
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.camera import camera_azimuth
+from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, region_name
+from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, ROBOT
 from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
 
@@ -62,26 +62,42 @@ def page_view(state: PageState, now_s: float) -> View:
         state: The page's state.
         now_s: Time of the monotonic clock, for rates and silences.
     """
-    lost = is_state_lost(state, now_s)
+    health = state.health
+    runs, estimates = (health.status(n, now_s) is NodeStatus.UP for n in (ROBOT, ESTIMATOR))
+    lost = runs and not estimates  # the region state that is shown is outdated
     cast, heading_rad = ((), None) if lost else decide(state)
-    rates = [(topic, rate.rate_hz(now_s)) for topic, rate in sorted(state.health.topics.items())]
+    rates = [(topic, rate.rate_hz(now_s)) for topic, rate in sorted(health.topics.items())]
     return {
         **_summary(state, now_s),
         **_poses(state),
         'arena': _arena(state.arena),
-        'nodes': {name: _node(state, name, now_s) for name in state.health.nodes},
+        'nodes': {name: _node(state, name, now_s) for name in health.nodes},
         'topics': [(topic, round(rate_hz, 1)) for topic, rate_hz in rates],
         'picture': _picture(state.picture),
         'lost': lost,
+        'obstacles': [(*one[:4], degrees(one[4]), one[5]) for one in state.obstacles],
+        'behaviors': [_proposal(status) for status in state.behaviors],
         'region': _region(state, lost=lost),
-        'votes': _votes(cast),
+        'votes': _votes(cast, state.arena.regions),
         'heading': None if heading_rad is None else degrees(heading_rad),
         'note': _note(state),
         'policy': None if state.policy is None else _policy(state.policy),
+        'model': _model(state.learner),
         'last': _last(state),
         'curve': list(state.paths.curve),
         'outcomes': dict(state.paths.outcomes),
     }
+
+
+def _proposal(status: Status) -> tuple[str, float | None, str, bool]:
+    """Return a behaviour's name, its direction, what it said in words, whether it was heard."""
+    values, said = status.values, []
+    if 'weight' in values:
+        said.append(f'weight {float(values["weight"]):.3g}')
+    if (limit := float(values.get('limit_m_per_s', 'inf'))) < math.inf:
+        said.append(f'at most {limit:.2f} m/s')
+    direction = degrees(float(values['heading_rad'])) if 'heading_rad' in values else None
+    return status.name, direction, ', '.join(said) or 'nothing', values.get('heard') == 'true'
 
 
 def replay(state: PageState) -> dict[str, Any]:
@@ -121,16 +137,14 @@ def run_status(state: PageState, now_s: float) -> str:
     return 'learning' if state.learning else 'driving'
 
 
-def is_state_lost(state: PageState, now_s: float) -> bool:
-    """Return whether the robot runs and no region state arrives: the one shown is outdated."""
-    health = state.health
-    running = health.status(ROBOT, now_s) is NodeStatus.UP
-    return running and health.status(ESTIMATOR, now_s) is not NodeStatus.UP
-
-
 def _summary(state: PageState, now_s: float) -> dict[str, Any]:
     robot, last = state.parameters[ROBOT], state.paths.last
     path = None if last is None else last.path + (1 if last.outcome is None else 2)
+
+    def matches(preset: str) -> bool:
+        model = asdict(noise_preset(preset))
+        return all(robot.get(f'noise.{name}') == value for name, value in model.items())
+
     return {
         'status': run_status(state, now_s),
         'mode': state.parameters[CONTROLLER].get('mode'),
@@ -139,22 +153,22 @@ def _summary(state: PageState, now_s: float) -> dict[str, Any]:
         'time_s': round(state.clock_ns * 1e-9, 1),
         'clock': robot.get('clock'),
         'speed': robot.get('speed'),
-        'noise': noise_preset_of(robot),
+        'noise': next(filter(matches, NOISE_PRESETS), None),
     }
 
 
 def _node(state: PageState, name: str, now_s: float) -> tuple[str, str]:
-    """Return the status of a node and the words for it."""
+    """Return the status of a node, and the words for it and for who started it."""
     health = state.health
     status, silence_s = health.status(name, now_s), health.silence_s(name, now_s)
+    words = 'responds, publishes nothing' if status is NodeStatus.QUIET else 'not seen'
     if status is NodeStatus.UP:
         rate = health.topics.get(TOPICS_OF[name][0])
-        return status.value, f'{rate.rate_hz(now_s):.0f} Hz' if rate else 'up'
-    if status is NodeStatus.DOWN:
-        back = silence_s < _RECENT_S
-        return status.value, 'was silent, is back' if back else f'silent for {silence_s:.0f} s'
-    quiet = status is NodeStatus.QUIET
-    return status.value, 'responds, publishes nothing' if quiet else 'not seen'
+        words = f'{rate.rate_hz(now_s):.0f} Hz' if rate else 'up'
+    elif status is NodeStatus.DOWN:
+        words = f'silent for {silence_s:.0f} s'
+        words = 'was silent, is back' if silence_s < _RECENT_S else words
+    return status.value, f'external, {words}' if name in state.external else words
 
 
 @lru_cache(maxsize=4)
@@ -165,8 +179,9 @@ def _arena(arena: Arena) -> dict[str, Any]:
         'size': (arena.width_m, arena.length_m),
         'knots': (regions.x_knots_m, regions.y_knots_m),
         'borders': (regions.x_borders_m, regions.y_borders_m),
-        'labels': (X_LABELS, Y_LABELS),
+        'labels': regions.labels,
         'goal': regions.goal,
+        'forbidden': regions.forbidden,
         'leds': arena.landmarks_m,
         'body_m': BODY_RADIUS_M,
     }
@@ -227,7 +242,7 @@ def _region(state: PageState, *, lost: bool) -> dict[str, Any] | None:
     if now is None:
         return None
     return {
-        'name': region_name(now.region),
+        'name': state.arena.regions.name(now.region),
         'at': (now.pose.x_m, now.pose.y_m),
         'mu': (now.mu_x, now.mu_y),
         'confidence': 'no state received' if lost else _CONFIDENCE[now.confidence],
@@ -249,11 +264,11 @@ def decide(state: PageState) -> tuple[tuple[Vote, ...], float | None]:
     return cast, blend(state.mode, cast)
 
 
-def _votes(cast: tuple[Vote, ...]) -> list[tuple[Any, ...]]:
+def _votes(cast: tuple[Vote, ...], regions: RegionMap) -> list[tuple[Any, ...]]:
     """Return region, its name, share and heading of each vote, the largest first."""
     total = sum(vote.weight for vote in cast)
     return [
-        (v.region, region_name(v.region), v.weight / total, degrees(ACTION_HEADINGS_RAD[v.action]))
+        (v.region, regions.name(v.region), v.weight / total, _heading(v.action, v.actions))
         for v in sorted(cast, key=lambda vote: -vote.weight)
     ]
 
@@ -266,30 +281,32 @@ def _note(state: PageState) -> str:
 
 @lru_cache(maxsize=4)
 def _policy(policy: Policy) -> dict[str, Any]:
-    headings = [degrees(heading_rad) for heading_rad in ACTION_HEADINGS_RAD]
+    headings = [degrees(heading) for heading in action_headings_rad(policy.regions.actions)]
     return {'q': policy.q.tolist(), 'actions': policy.actions, 'headings': headings}
 
 
+def _model(learner: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return what a planner knows of the floor: walls felt, extents crossed, regions entered."""
+    if learner.get('name') != 'planner':
+        return None
+    return {name: learner['state'].get(name, []) for name in ('walls', 'spans_m', 'entered')}
+
+
 def _last(state: PageState) -> dict[str, Any] | None:
-    last = state.paths.last
+    last, policy = state.paths.last, state.policy
     if last is None:
         return None
     return {
         'trial': last.trial + 1,
         'temperature': last.temperature,
-        'heading': degrees(ACTION_HEADINGS_RAD[last.action]),
-        'region': region_name(last.state),
+        'heading': _heading(last.action, policy.regions.actions if policy else 8),
+        'region': state.arena.regions.name(last.state),
         'outcome': None if last.outcome is None else last.outcome.value,
     }
 
 
-def noise_preset_of(parameters: Mapping[str, Any]) -> str | None:
-    """Return the noise preset that a robot's parameters match, or None."""
-    for preset in NOISE_PRESETS:
-        model = asdict(noise_preset(preset))
-        if all(parameters.get(f'noise.{name}') == value for name, value in model.items()):
-            return preset
-    return None
+def _heading(action: int, count: int) -> float:
+    return degrees(action_headings_rad(count)[action % count])
 
 
 def degrees(angle_rad: float) -> float:
@@ -308,12 +325,9 @@ def difference(new: View, old: View) -> dict[str, Any]:
         before = old.get(name)
         if value == before and name in old:
             continue
-        if isinstance(value, str) and isinstance(before, str) and _has_grown(value, before):
-            patch[f'+{name}'] = value[len(before) :]
+        shown = before if isinstance(before, str) and isinstance(value, str) else ''
+        if len(shown) > _MIN_LENGTH_TO_APPEND and value.startswith(shown):
+            patch[f'+{name}'] = value[len(shown) :]
         else:
             patch[name] = value
     return patch
-
-
-def _has_grown(value: str, before: str) -> bool:
-    return len(before) > _MIN_LENGTH_TO_APPEND and value.startswith(before)

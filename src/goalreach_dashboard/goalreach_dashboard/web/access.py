@@ -56,10 +56,6 @@ class AccessPolicy:
     token: str | None
     local: bool
 
-    def accepts_host(self, host: str) -> bool:
-        """Return whether a `Host` names this page; other machines may use any name."""
-        return not self.local or host in [f'{name}:{self.port}' for name in _LOOPBACK_NAMES]
-
     def may_view(self, token: object) -> bool:
         """Return whether the holder of a token, or of none, may see the graph."""
         return self.local or self._accepts(token)
@@ -108,7 +104,8 @@ class AccessMiddleware:
         """Return the response to a foreign request; None where the application is to respond."""
         headers, scope = connection.headers, connection.scope
         host, origin = headers.get('host', '').lower(), headers.get('origin')
-        if not self._policy.accepts_host(host):
+        names = [f'{name}:{self._policy.port}' for name in _LOOPBACK_NAMES]
+        if self._policy.local and host not in names:  # other machines may use any name
             return PlainTextResponse('wrong host name\n', _MISDIRECTED)
         if scope['type'] == 'websocket' and origin is None:
             return PlainTextResponse('websocket without origin\n', _FORBIDDEN)

@@ -5,7 +5,7 @@ difference to what it shows, and the next one only after the browser has painted
 """
 
 import asyncio
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from importlib import resources
 import json
@@ -15,6 +15,7 @@ import os
 from pathlib import Path
 import secrets
 import socket
+import tarfile
 import time
 from typing import Any, Final
 
@@ -26,10 +27,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 import uvicorn
 
+from goalreach_dashboard.address import REQUEST
 from goalreach_dashboard.ros.graph import GraphClient
 from goalreach_dashboard.views.page import View, choices, difference, replay
 from goalreach_dashboard.web.access import AccessMiddleware, AccessPolicy
-from goalreach_dashboard.web.run_link import RunLink, tar_of
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import CommandError, GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
@@ -49,17 +50,59 @@ _SHUTDOWN_S: Final = 1
 _NICENESS: Final = 10
 """The page yields to the graph where both want the same core."""
 _POLICY_VIOLATION: Final = 1008
+_CHUNK_BYTES: Final = 1 << 18
 _STATIC: Final = Path(str(resources.files('goalreach_dashboard'))) / 'static'
+
+
+class RunLink:
+    """The run that started the page: reads what it reports, and sends it requests of the page.
+
+    The launcher appends JSON objects to a file, one a line; the page prints its requests, and the
+    launcher reads them from the page's log.
+
+    Args:
+        path: File of the reports.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open(encoding='utf-8')
+        self._partial = ''
+
+    def events(self) -> list[Mapping[str, Any]]:
+        """Return what has been reported since the last call."""
+        *lines, self._partial = (self._partial + self._file.read()).split('\n')
+        return [json.loads(line) for line in lines]
+
+    def send(self, **values: object) -> None:
+        """Send the launcher a request, or the number of browsers."""
+        print(REQUEST + json.dumps(values), flush=True)
+
+
+def tar_of(folder: Path) -> Iterator[bytes]:
+    """Yield a tar archive of the files of a folder, without holding any of them in memory."""
+    for path in sorted(each for each in folder.iterdir() if each.is_file()):
+        info = tarfile.TarInfo(f'{folder.name}/{path.name}')
+        info.size, info.mtime = path.stat().st_size, int(path.stat().st_mtime)
+        yield info.tobuf()
+        with path.open('rb') as file:
+            left = info.size
+            while chunk := file.read(min(_CHUNK_BYTES, left)):
+                left -= len(chunk)
+                yield chunk
+        yield bytes(left + -info.size % tarfile.BLOCKSIZE)
+    yield bytes(2 * tarfile.BLOCKSIZE)
 
 
 class _Viewer:
     """One open browser: what it shows, and whether it has painted that.
 
     Attributes:
+        graph: The robot that it shows.
         steers: Whether it may steer.
     """
 
-    def __init__(self, websocket: WebSocket, *, steers: bool) -> None:
+    def __init__(self, websocket: WebSocket, graph: GraphClient, *, steers: bool) -> None:
+        self.graph = graph
         self.steers = steers
         self._websocket = websocket
         self._shown: View = {}
@@ -109,17 +152,21 @@ class PageServer:
     """Serves the page; reads the graph 20 times a second in the same event loop.
 
     Args:
-        graph: The graph.
+        arena: The arena, until a robot's parameters describe another.
+        robot: Namespace of the robot that a browser shows first.
         policy: Who may view and steer.
         run: The run that started the page, if one did.
     """
 
-    def __init__(self, graph: GraphClient, policy: AccessPolicy, run: RunLink | None) -> None:
-        self._graph = graph
+    def __init__(
+        self, arena: Arena, robot: str, policy: AccessPolicy, run: RunLink | None
+    ) -> None:
+        self._arena = arena
+        self._graph = GraphClient(arena, robot)
+        self._graphs = {robot: self._graph}
         self._policy = policy
         self._run = run
         self._viewers: set[_Viewer] = set()
-        self._view: View = {}
         self._ticket = ''
 
     def serve(self, listener: socket.socket) -> None:
@@ -167,11 +214,26 @@ class PageServer:
 
     def _update(self, *, last: bool = False) -> None:
         self._take_events()
-        self._graph.update(watched=bool(self._viewers))
-        if self._viewers:
-            self._view = self._graph.view()
-            for viewer in self._viewers:
-                viewer.show(self._view, self._graph.state.events, last=last)
+        for robot, graph in [*self._graphs.items()]:
+            viewers = [viewer for viewer in self._viewers if viewer.graph is graph]
+            if not graph.update(watched=bool(viewers)) and graph is not self._graph:
+                self._graphs.pop(robot).close()
+            view = graph.view() if viewers else {}
+            for viewer in viewers:
+                viewer.show(view, graph.state.events, last=last)
+
+    def close(self) -> None:
+        """Leave the graphs, that of the first robot last."""
+        for graph in reversed(self._graphs.values()):
+            graph.close()
+
+    def _choose(self, viewer: _Viewer, robot: object) -> None:
+        """Show a browser another robot of the domain."""
+        if isinstance(robot, str) and robot in viewer.graph.robots:
+            if robot not in self._graphs:
+                self._graphs[robot] = GraphClient(self._arena, robot)
+            viewer.graph = self._graphs[robot]
+            viewer.painted(reset=True)
 
     async def farewell(self) -> None:
         """Show the browsers that the page ends, and with it the run that started it."""
@@ -203,7 +265,7 @@ class PageServer:
         with suppress(WebSocketDisconnect, ValueError, KeyError, RecursionError):
             token = _message(await websocket.receive_text()).get('token')
             if self._policy.may_view(token):
-                viewer = _Viewer(websocket, steers=self._policy.may_steer(token))
+                viewer = _Viewer(websocket, self._graph, steers=self._policy.may_steer(token))
                 offered = choices(launched=self._run is not None)
                 await viewer.send({'hello': {'steers': viewer.steers, **offered}})
                 self._viewers.add(viewer)
@@ -212,6 +274,8 @@ class PageServer:
                 message = _message(await websocket.receive_text())
                 if 'next' in message:
                     viewer.painted(reset=message['next'] is True)
+                elif 'robot' in message:
+                    self._choose(viewer, message['robot'])
                 elif viewer.steers:
                     commands.add(task := asyncio.create_task(self._answer(viewer, message)))
                     task.add_done_callback(commands.discard)
@@ -223,27 +287,30 @@ class PageServer:
 
     def _count_viewers(self) -> None:
         if self._run is not None:
-            self._run.tell(viewers=len(self._viewers))
+            self._run.send(viewers=len(self._viewers))
 
     async def _answer(self, viewer: _Viewer, message: Mapping[str, Any]) -> None:
         """Execute a command and report its outcome."""
         try:
-            await viewer.send(await self._execute(message.get('do'), message.get('value')))
+            do, value = message.get('do'), message.get('value')
+            await viewer.send(await self._execute(viewer.graph, do, value))
         except GoalreachError as error:
             await viewer.send({'answer': f'refused: {error}'})
 
-    async def _execute(self, name: object, value: object) -> Mapping[str, object]:
+    async def _execute(
+        self, graph: GraphClient, name: object, value: object
+    ) -> Mapping[str, object]:
         if name == 'bag':
             self._ticket = secrets.token_urlsafe(16)
             return {'ticket': self._ticket}
         if name == 'replay':
-            return {'replay': replay(self._graph.state)}
+            return {'replay': replay(graph.state)}
         if name in ('start', 'stop', 'record'):
-            if self._run is None:
-                raise CommandError('this page was not started by a run')
-            self._run.tell(request=name, value=value)
+            if self._run is None or graph is not self._graph:
+                raise CommandError('this page was not started by a run of this robot')
+            self._run.send(request=name, value=value)
             return {}
-        return {'answer': await self._graph.commands.execute(name, value)}
+        return {'answer': await graph.commands.execute(name, value)}
 
 
 class _Uvicorn(uvicorn.Server):
@@ -267,7 +334,7 @@ def _message(text: str) -> Mapping[str, Any]:
     """
     message = json.loads(text)
     if not isinstance(message, dict):
-        raise ValueError(text)  # noqa: TRY004 - a wrong value, sent by somebody else
+        raise ValueError(text)  # noqa: TRY004 - a wrong value from outside
     return message
 
 
@@ -278,6 +345,7 @@ def serve(
     token: str | None,
     local: bool,
     events: Path | None = None,
+    robot: str = '',
 ) -> int:
     """Serve the page until Ctrl-C or SIGTERM.
 
@@ -287,6 +355,7 @@ def serve(
         token: Secret of the URL: needed to steer on this machine, to view from another.
         local: Whether only this machine can reach the page.
         events: File in which the run that started the page reports what happens, or None.
+        robot: Namespace of the robot that the page shows first.
 
     Returns:
         Exit status.
@@ -297,9 +366,9 @@ def serve(
     stop = StopRequest()
     port = int(listener.getsockname()[1])
     policy = AccessPolicy(port=port, token=token, local=local)
-    graph = GraphClient(arena)
+    page = PageServer(arena, robot, policy, RunLink(events) if events else None)
     try:
-        PageServer(graph, policy, RunLink(events) if events else None).serve(listener)
+        page.serve(listener)
     finally:
-        graph.close()
+        page.close()
     return 0 if stop.requested else 1

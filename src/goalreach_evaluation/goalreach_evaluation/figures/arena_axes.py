@@ -11,7 +11,6 @@ from matplotlib.ticker import MultipleLocator
 
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
 from goalreach_msgs_py.values import Region
 
 # The palette of Okabe and Ito, which people with any colour vision can tell apart.
@@ -27,12 +26,8 @@ _SIZE_IN = (5.4, 7.0)
 _TICK_IN = 20.0
 _TICK_M = 0.5
 _LED: dict[str, Any] = {
-    'marker': 'D',
-    'color': ORANGE,
-    'markeredgecolor': BLACK,
-    'markersize': 6,
-    'linestyle': '',
-}
+    'marker': 'D', 'color': ORANGE, 'markeredgecolor': BLACK, 'markersize': 6, 'linestyle': '',
+}  # fmt: skip
 _GOAL: dict[str, Any] = {'facecolor': GREEN, 'alpha': 0.22, 'linewidth': 0}
 
 
@@ -55,13 +50,10 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     axes = figure.add_subplot()
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)
     axes.set_title(title, fontsize=11)
-    axes.set_aspect('equal')
-    axes.set_xlim(-4, width + 4)
-    axes.set_ylim(-8, length + 4)
-    axes.set_xlabel('x (in)')
-    axes.set_ylabel('y (in)')
-    axes.set_xticks([_TICK_IN * k for k in range(int(width // _TICK_IN) + 1)])
-    axes.set_yticks([_TICK_IN * k for k in range(int(length // _TICK_IN) + 1)])
+    axes.set(aspect='equal', xlim=(-4, width + 4), ylim=(-8, length + 4))
+    axes.set(xlabel='x (in)', ylabel='y (in)')
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(_TICK_IN))
     axes.tick_params(labelsize=8)
     add_metre_axes(axes)
     x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(arena.regions.goal))
@@ -71,6 +63,10 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     )
     for x, y, _ in arena.landmarks_m:
         axes.plot(to_inches(x), to_inches(y), zorder=7, **_LED)
+    for tag in arena.tags:
+        ends_in = tag.corners_m[:2, :2] / INCH_M
+        axes.plot(*ends_in.T, color=BLUE, linewidth=5, solid_capstyle='butt', zorder=7)
+        axes.annotate(str(tag.id), ends_in.mean(axis=0), xytext=(6, 6), textcoords='offset points')
     if borders:
         _draw_borders(axes, arena)
     return figure, axes
@@ -103,25 +99,19 @@ def add_legend(axes: Axes, *handles: Artist) -> None:
         handles: Labelled artists.
     """
     always = (Patch(label='goal region', **_GOAL), Line2D([], [], label='LED', **_LED))
-    legend = axes.legend(
-        handles=[*handles, *always],
-        loc='upper center',
-        bbox_to_anchor=(0.5, -0.085),
-        ncols=3,
-        fontsize=8,
-        frameon=False,
-    )
-    legend.set_in_layout(True)
+    place = {'loc': 'upper center', 'bbox_to_anchor': (0.5, -0.085)}
+    axes.legend(handles=[*handles, *always], ncols=3, fontsize=8, frameon=False, **place)
 
 
 def _draw_borders(axes: Axes, arena: Arena) -> None:
     """Draw the borders between the regions as dotted lines, as in the paper."""
     regions = arena.regions
+    style: dict[str, Any] = {'color': GREY, 'linewidth': 1.3, 'zorder': 3}
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)
-    for x in regions.x_borders_m[1:3]:
-        axes.plot([to_inches(x)] * 2, [0, length], ':', color=GREY, linewidth=1.3, zorder=3)
-    for y in regions.y_borders_m[1:3]:
-        axes.plot([0, width], [to_inches(y)] * 2, ':', color=GREY, linewidth=1.3, zorder=3)
+    for x in regions.x_borders_m[1:-1]:
+        axes.plot([to_inches(x)] * 2, [0, length], ':', **style)
+    for y in regions.y_borders_m[1:-1]:
+        axes.plot([0, width], [to_inches(y)] * 2, ':', **style)
 
 
 def region_centre_in(arena: Arena, region: Region) -> tuple[float, float]:
@@ -138,9 +128,8 @@ def draw_region_names(axes: Axes, arena: Arena, *, size: float) -> None:
         arena: The arena.
         size: Font size, points.
     """
-    for i, x_label in enumerate(X_LABELS):
-        for j, y_label in enumerate(Y_LABELS):
-            x, y = region_centre_in(arena, (i, j))
-            goal = '\ngoal' if (i, j) == arena.regions.goal else ''
-            text = f'{x_label}\n{y_label}{goal}'
-            axes.text(x, y, text, ha='center', va='center', fontsize=size, zorder=5)
+    for region in arena.regions.cells:
+        goal = '\ngoal' if region == arena.regions.goal else ''
+        text = arena.regions.name(region).replace('/', '\n') + goal
+        place = region_centre_in(arena, region)
+        axes.text(*place, text, ha='center', va='center', fontsize=size, zorder=5)

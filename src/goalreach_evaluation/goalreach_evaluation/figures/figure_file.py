@@ -1,19 +1,16 @@
-"""Figures and animations as files; the same data gives the same bytes."""
+"""Figures as files; the same data gives the same bytes."""
 
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
-import tempfile
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
-from goalreach_evaluation.figures.path_animation import FRAMES_PER_S
 from goalreach_msgs_py.files import make_folder, write_bytes_atomically
 
-_PNG_DPI, _GIF_DPI = 160, 80
+_PNG_DPI = 160
 _METADATA: Any = {'svg': {'Date': None}, 'png': {'Software': None}}
 _SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
 
@@ -44,26 +41,3 @@ def write_figure(
         files.append(folder / f'{name}.{ending}')
         write_bytes_atomically(files[-1], content.getvalue())
     return tuple(files)
-
-
-def write_animation(animation: FuncAnimation, folder: Path, name: str) -> Path:
-    """Write an animation as `NAME.gif`.
-
-    Args:
-        animation: The animation.
-        folder: Folder, made if it does not exist.
-        name: Name without ending.
-
-    Returns:
-        The file.
-
-    Raises:
-        FileFormatError: The file cannot be written.
-    """
-    make_folder(folder)
-    path = folder / f'{name}.gif'
-    with tempfile.TemporaryDirectory() as scratch, rc_context({'font.family': 'DejaVu Sans'}):
-        drawn = Path(scratch) / path.name
-        animation.save(drawn, writer=PillowWriter(fps=FRAMES_PER_S), dpi=_GIF_DPI)
-        write_bytes_atomically(path, drawn.read_bytes())
-    return path

@@ -1,14 +1,13 @@
-"""The figures of the paper, each as a function, all by their file names, and the animation.
+"""The figures of the paper, each as a function, and all by their file names.
 
 Figures 1, 4 and 5 show the state space, its transition areas and the membership functions; 2, 3, 6
 and 7 the optimal actions and paths driven by them.
 """
 
 from collections.abc import Sequence
-import itertools
+from itertools import cycle
 from typing import Any
 
-from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -29,15 +28,12 @@ from goalreach_evaluation.figures.arena_axes import (
     region_centre_in,
     to_inches,
 )
-from goalreach_evaluation.figures.path_animation import animate
 from goalreach_evaluation.summary_file import RecordedPath, RecordedRun
 from goalreach_learning.kinematic_drive import Track, blended_track, crisp_track
-from goalreach_learning.policy import Policy
-from goalreach_learning.task import ACTION_DIRECTIONS, ACTIONS_DEG
+from goalreach_learning.policy import Policy, action_directions
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, memberships
-from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.regions import memberships
 
 _LINES = ((BLUE, '-'), (VERMILION, '--'), (ORANGE, '-.'))
 _SAMPLES = 1001
@@ -72,27 +68,10 @@ def paper_figures(
             if name.startswith(('figure_2', 'figure_3', 'figure_6')):
                 figure.supxlabel(f'Policy: {origin}', fontsize=8)
     if run is not None:
-        figure = recorded_paths(arena, run.paths, run.mode)
+        figure = path_figure(arena, run.paths, f'Paths with the full sensor chain ({run.mode})')
         figure.supxlabel(f'Driven with images, {run.origin}'.rstrip(', '), fontsize=8)
         figures['figure_7_full_chain_paths'] = figure
     return figures
-
-
-def path_animation(arena: Arena, policy: Policy, run: RecordedRun | None = None) -> FuncAnimation:
-    """Animate the longest path of a recorded run, or else a fuzzy and a crisp path.
-
-    Args:
-        arena: The arena.
-        policy: Driven without sensors, fuzzy and crisp, if there is no run.
-        run: Paths driven with images.
-    """
-    if run is not None:
-        longest = max(run.paths, key=lambda path: len(path.points_m))
-        label = f'{run.mode}, {longest.outcome}'
-        return animate(arena, {label: longest.points_m}, 'A path with the full sensor chain')
-    tracks = course_tracks(arena, policy)
-    courses = {name: track.points_m for name, track in tracks.items()}
-    return animate(arena, courses, 'From the same start, fuzzy and crisp (kinematic)')
 
 
 def state_space(arena: Arena) -> Figure:
@@ -124,8 +103,8 @@ def membership_functions(arena: Arena) -> Figure:
     """Return Fig. 5: the membership functions of X (a) and Y (b)."""
     figure = Figure(figsize=(7.2, 6.0), layout='constrained')
     upper, lower = figure.subplots(2, 1)
-    _draw_sets(upper, 'x', arena.regions.x_knots_m, X_LABELS)
-    _draw_sets(lower, 'y', arena.regions.y_knots_m, Y_LABELS)
+    _draw_sets(upper, 'x', arena.regions.x_knots_m, arena.regions.labels[0])
+    _draw_sets(lower, 'y', arena.regions.y_knots_m, arena.regions.labels[1])
     upper.set_title('(a) Membership functions of X', fontsize=11)
     lower.set_title('(b) Membership functions of Y', fontsize=11)
     return figure
@@ -134,7 +113,7 @@ def membership_functions(arena: Arena) -> Figure:
 def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[str, ...]) -> None:
     values_m = np.linspace(knots_m[0], knots_m[-1], _SAMPLES)
     mu = np.array([memberships(float(value), knots_m) for value in values_m])
-    for index, (label, (color, line)) in enumerate(zip(labels, _LINES, strict=True)):
+    for index, (label, (color, line)) in enumerate(zip(labels, cycle(_LINES), strict=False)):
         axes.plot(values_m / INCH_M, mu[:, index], line, color=color, linewidth=2)
         middle = (knots_m[2 * index] + knots_m[2 * index + 1]) / 2
         axes.text(to_inches(middle), 1.05, label, color=color, ha='center', fontsize=9)
@@ -143,28 +122,29 @@ def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[
     knots_in = [to_inches(knot) for knot in knots_m]
     names = [f'${name}_{index}$\n{knot:.1f}' for index, knot in enumerate(knots_in)]
     axes.set_xticks(knots_in, names)
-    axes.set_xlabel(f'{name} (in)')
-    axes.set_ylabel('membership')
-    axes.set_yticks([0, 0.5, 1])
-    axes.set_ylim(0, 1.18)
-    axes.set_xlim(to_inches(knots_m[0]), to_inches(knots_m[-1]))
+    axes.set(xlim=(knots_in[0], knots_in[-1]), ylim=(0, 1.18), yticks=[0, 0.5, 1])
+    axes.set(xlabel=f'{name} (in)', ylabel='membership')
     add_metre_axes(axes, y_too=False)
 
 
 def optimal_actions(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 2, "Optimal actions learned": one arrow per region."""
     figure, axes = arena_figure(arena, 'Optimal actions learned')
-    for region in itertools.product(range(3), range(3)):
+    for region in arena.regions.cells:
         action = policy.greedy_action(region)
         x, y = region_centre_in(arena, region)
         if action is None:
             text = _GOAL if region == policy.regions.goal else 'not learned'
             axes.text(x, y, text, ha='center', va='center', fontsize=11)
             continue
-        dx, dy = (_ARROW_IN / 2 * part for part in ACTION_DIRECTIONS[action])
+        dx, dy = (
+            _ARROW_IN / 2 * part for part in action_directions(policy.regions.actions)[action]
+        )
         style = {'arrowstyle': '-|>', 'color': BLUE, 'linewidth': 2.6, 'mutation_scale': 20}
         axes.annotate('', (x + dx, y + dy), (x - dx, y - dy), arrowprops=style)
-        axes.text(x, y + 23, f'{ACTIONS_DEG[action]:.0f}°', ha='center', fontsize=9)
+        axes.text(
+            x, y + 23, f'{360.0 / policy.regions.actions * action:g}°', ha='center', fontsize=9
+        )
     add_legend(axes)
     return figure
 
@@ -182,31 +162,19 @@ def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
 
 
 def _kinematic_paths(arena: Arena, tracks: Sequence[Track], title: str) -> Figure:
-    paths = [(track.points_m, track.outcome.value) for track in tracks]
-    return _path_figure(arena, paths, title)
+    return path_figure(arena, [(t.points_m, t.outcome.value) for t in tracks], title)
 
 
-def course_tracks(arena: Arena, policy: Policy) -> dict[str, Track]:
-    """Return the fuzzy and the crisp track from the start whose fuzzy track is longest."""
-    tracks = {start: blended_track(arena, policy, start, mode='fuzzy') for start in arena.starts}
-    start, longest = max(tracks.items(), key=lambda item: item[1].length_m)
-    return {'fuzzy': longest, 'crisp': crisp_track(arena, policy, start)}
+def path_figure(arena: Arena, paths: Sequence[RecordedPath], title: str) -> Figure:
+    """Return paths with a dot at the start and a mark of the outcome at the end.
 
-
-def recorded_paths(arena: Arena, paths: Sequence[RecordedPath], mode: str) -> Figure:
-    """Return Fig. 7: true paths driven with images, localizer and state in the loop.
+    Fig. 7 draws true paths driven with images, localizer and state in the loop.
 
     Args:
         arena: The arena.
-        paths: Paths of a recorded run.
-        mode: How the heading was chosen.
+        paths: The paths and their outcomes.
+        title: Title.
     """
-    drawn = [(path.points_m, path.outcome) for path in paths]
-    return _path_figure(arena, drawn, f'Paths with the full sensor chain ({mode})')
-
-
-def _path_figure(arena: Arena, paths: Sequence[tuple[FloatArray, str]], title: str) -> Figure:
-    """Return paths with a dot at the start and a mark of the outcome at the end."""
     figure, axes = arena_figure(arena, title)
     for points_m, outcome in paths:
         points = np.asarray(points_m) / INCH_M

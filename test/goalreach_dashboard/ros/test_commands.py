@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_dashboard.placement import (
+from goalreach_dashboard.ros.commands import (
     checked_choice,
     checked_pose,
     checked_speed,
