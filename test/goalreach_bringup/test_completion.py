@@ -49,7 +49,7 @@ def completed(line: str, folder: Path) -> list[str]:
     ('line', 'expected'),
     [
         ('goalreach trai', ['train ']),
-        ('goalreach run --learn', ['--learn ']),
+        ('goalreach run --learn', ['--learn', '--learner']),
         ('goalreach run --clock ', ['lockstep', 'realtime']),
         ('goalreach run --clock=lo', ['lockstep ']),
         ('goalreach run --paths ', []),

@@ -39,7 +39,8 @@ def check(done: subprocess.CompletedProcess[str], redirection: str) -> None:
     if '|' in redirection:
         allowed.add(0)  # it had written everything before the reader went
     assert done.returncode in allowed, done.stderr
-    errors = done.stderr.splitlines()
+    # A slow machine may stall, which a run tells.
+    errors = [line for line in done.stderr.splitlines() if 'stalled for' not in line]
     if redirection == '>/dev/full':
         assert len(errors) == 1
         assert errors[0].endswith('the output cannot be written: No space left on device')
@@ -64,7 +65,8 @@ def test_a_run_bears_any_redirection(redirection: str, tmp_path: Path) -> None:
 @pytest.fixture(scope='module')
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('recorded')
-    done = redirected('bag reference bag', '', folder)
+    words = 'run --paths 1 --start 1.8,2.2,-90 --policy paper --clock lockstep --record bag'
+    done = redirected(words, '', folder)
     assert done.returncode == 0, done.stderr
     return folder
 

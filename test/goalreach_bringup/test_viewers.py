@@ -12,9 +12,11 @@ import yaml
 from goalreach_msgs_py import topics
 
 CONFIG = resources.files('goalreach_bringup') / 'config'
-NAMES = {value for name, value in vars(topics).items() if name.isupper() and value[:1] == '/'}
+NAMES = {
+    value for name, value in vars(topics).items() if name.isupper() and str(value).startswith('/')
+}
 MESSAGES = {
-    'MarkerArray': {topics.MARKERS},
+    'MarkerArray': {topics.MARKERS, topics.BEHAVIOR_MARKERS},
     'PoseWithCovariance': {topics.POSE},
     'Odometry': {topics.ODOM, topics.GROUND_TRUTH},
     'Path': {topics.PATH},

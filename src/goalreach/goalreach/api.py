@@ -73,7 +73,7 @@ def evaluate(
         arena: As in `train`; the policy must have been learned on its regions.
         starts: 'paper' for the 22 of the paper, 'random:N' over the floor, 'border:N' along the
             walls, or poses: `Pose2`, or x and y in metres and the heading in degrees.
-        noise: 'none', 'nominal', 'harsh', a YAML file, or a `NoiseModel`.
+        noise: 'none', 'nominal', 'harsh', 'abroad', a YAML file, or a `NoiseModel`.
         mode: 'fuzzy', 'crisp', 'fuzzy-eq3' (unit vectors weighted by equation (3)) or
             'fuzzy-as-printed' (equation (3) as printed).
         seed: Seed of every random draw, at least 0.

@@ -33,11 +33,17 @@ COMMANDS: Final = (
     'bag',
     'figures',
     'dashboard',
-    'bench',
     'ros2',
     'doctor',
+    'check-robot',
+    'calibrate',
+    'tags',
+    'new-arena',
 )
-ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2')
+ROS_COMMANDS: Final = (
+    *('run', 'record', 'replay', 'dashboard', 'ros2'),
+    *('check-robot', 'calibrate'),
+)
 _STATUS_INTERRUPTED = 130
 _STREAMS: Final = ('stdin', 'stdout', 'stderr')
 _UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
@@ -53,7 +59,8 @@ def load_command(name: str) -> Command:
     """Return the command of a name, from its module in `commands`."""
     from goalreach_bringup.command import Command
 
-    return Command.of_module(importlib.import_module(f'goalreach_bringup.commands.{name}'))
+    module = f'goalreach_bringup.commands.{name.replace("-", "_")}'
+    return Command.of_module(importlib.import_module(module))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -81,6 +88,7 @@ def _run_named(name: str, *arguments: str) -> int:
 
     if name in ROS_COMMANDS:
         check_variables(os.environ, starts_graph=name in _FORKING)
+    sys.path.append('')  # a learner of the user's own lies in the working folder
     if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
         start_fork_server()
         gc.disable()  # until the run's loop begins: nothing to collect among imports

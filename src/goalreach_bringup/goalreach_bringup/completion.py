@@ -23,7 +23,7 @@ _NAMES: Final = {
 
 
 def complete(commands: Sequence[str], load_command: Callable[[str], Command]) -> None:
-    """Print what completes the line in `COMP_LINE`, as a shell asks for, and end the process."""
+    """Print the completions of `COMP_LINE`, which the shell sets, and end the process."""
     words = split_line(os.environ['COMP_LINE'], int(os.environ['COMP_POINT']))[3]
     start = int(os.environ['_ARGCOMPLETE'])
     command, *arguments = words[start:] or ['']

@@ -58,12 +58,6 @@ def _domain(value: str, _: Mapping[str, str]) -> str:
     return '' if good else f'a whole number in [0, {HIGHEST_DOMAIN}]'
 
 
-def _discovery_range(value: str, _: Mapping[str, str]) -> str:
-    allowed = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
-    reason = ' (with OFF the nodes of a graph cannot find each other)' if value == 'OFF' else ''
-    return '' if value in allowed else f'one of {", ".join(allowed)}{reason}'
-
-
 def _middleware(value: str, environment: Mapping[str, str]) -> str:
     folders = [f for f in environment.get('LD_LIBRARY_PATH', '').split(os.pathsep) if f]
     library = one_line(f'lib{value}.so')
@@ -160,7 +154,10 @@ _CHECKS: Final[dict[str, Check]] = {
     'ROS_DOMAIN_ID': _domain,
     'RMW_IMPLEMENTATION': _middleware,
     'RCL_ASSERT_RMW_ID_MATCHES': _same,
-    'ROS_AUTOMATIC_DISCOVERY_RANGE': _discovery_range,
+    'ROS_AUTOMATIC_DISCOVERY_RANGE': _matching(
+        'LOCALHOST|SUBNET|SYSTEM_DEFAULT',
+        'one of LOCALHOST, SUBNET, SYSTEM_DEFAULT (with OFF nodes cannot find each other)',
+    ),
     'ROS_STATIC_PEERS': _peers,
     'FASTRTPS_DEFAULT_PROFILES_FILE': _profile,
     'FASTDDS_DEFAULT_PROFILES_FILE': _profile,

@@ -35,7 +35,7 @@ import os, sys, time
 from pathlib import Path
 from goalreach_bringup.launch.child_process import ChildProcess
 
-child = ChildProcess('child', 'program', ['wait'], environment={}, log_path=Path(sys.argv[1]))
+child = ChildProcess('child', 'program', ['wait'], log_path=Path(sys.argv[1]))
 time.sleep(60)
 """
 
@@ -50,9 +50,9 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
 
     def run(*arguments: str) -> ChildProcess:
         path = tmp_path / f'child{len(children)}.log'
-        environment = {'PYTHONUNBUFFERED': '1'}
+        variables = {'PYTHONUNBUFFERED': '1'}
         children.append(
-            ChildProcess('child', 'program', arguments, environment=environment, log_path=path)
+            ChildProcess('child', 'program', arguments, log_path=path, variables=variables)
         )
         return children[-1]
 

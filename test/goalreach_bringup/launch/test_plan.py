@@ -81,6 +81,7 @@ def test_noise_reaches_robot_and_localizer() -> None:
         ),
         ({ROBOT: {'speed': -1.0}}, r'nomad200\.speed = -1\.0: must be a number in'),
         ({LOCALIZER: {'noise.focal_error': 'x'}}, r"landmark_localizer\.noise\.focal_error = 'x'"),
+        ({ROBOT: {'sonar': 'loud'}}, "nomad200.sonar = 'loud': must be true or false"),
     ],
 )
 def test_a_bad_value_is_told_before_anything_starts(

@@ -39,10 +39,11 @@ def test_what_a_living_process_has_mapped_stays() -> None:
     name = f'fastrtps_test{os.getpid()}'
     path = folder / name
     path.write_bytes(b'\0' * 4096)
-    os.utime(path, (0.0, 0.0))
     try:
         with path.open('r+b') as stream, mmap.mmap(stream.fileno(), 4096):
+            os.utime(path, (0.0, 0.0))
             assert path not in abandoned_files()
-        assert path in abandoned_files()
+        # A graph that starts at this moment, in another test, removes it.
+        assert path in abandoned_files() or not path.exists()
     finally:
-        path.unlink()
+        path.unlink(missing_ok=True)

@@ -5,21 +5,14 @@ from __future__ import annotations
 import sys
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, PointStamped
+from geometry_msgs.msg import Point
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 import rclpy
-from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import (
-    DurabilityPolicy,
-    QoSProfile,
-    qos_profile_sensor_data,
-    qos_profile_services_default,
-)
-from rclpy.service_introspection import ServiceIntrospectionState
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
-from std_msgs.msg import Float64MultiArray, Header, String
+from std_msgs.msg import Float64MultiArray, String
 from std_srvs.srv import SetBool
 
 from goalreach_msgs_py.ros.process import StopRequest
@@ -31,8 +24,6 @@ class Talker(Node):
         limits = [FloatingPointRange(from_value=0.0, to_value=2.0)]
         self.declare_parameter('speed', 1.5, ParameterDescriptor(floating_point_range=limits))
         self.declare_parameter('gains.angular', [1.0, 2.0])
-        loose = ParameterDescriptor(dynamic_typing=True, description='may be deleted')
-        self.declare_parameter('loose', 1, loose)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         status = DiagnosticStatus(
             level=b'\x01', name='region_state', values=[KeyValue(key='mu_x.FRONT', value='0.25')]
@@ -44,18 +35,12 @@ class Talker(Node):
         self._point = self.create_publisher(Point, '/point', qos_profile_sensor_data)
         self._array = self.create_publisher(Float64MultiArray, '/array', 10)
         self.create_subscription(String, '/in', self._on_text, 10)
-        self._stamped = self.create_publisher(PointStamped, '/stamped', 10)
-        switch = self.create_service(SetBool, '/ns/switch', self._on_switch)
-        switch.configure_introspection(
-            self.get_clock(), qos_profile_services_default, ServiceIntrospectionState.CONTENTS
-        )
+        self.create_service(SetBool, '/ns/switch', self._on_switch)
         self.create_timer(0.05, self._on_timer)
 
     def _on_timer(self) -> None:
         self._chatter.publish(String(data='hello: world'))
         self._point.publish(Point(x=1.0, y=-2.5, z=1e-7))
-        past = self.get_clock().now() - Duration(seconds=2.0)
-        self._stamped.publish(PointStamped(header=Header(stamp=past.to_msg())))
         self._array.publish(Float64MultiArray(data=[float(i) for i in range(200)]))
 
     def _on_text(self, message: String) -> None:

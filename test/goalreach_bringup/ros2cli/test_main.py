@@ -1,18 +1,14 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
-import rclpy
 
-from goalreach_bringup.ros2cli.main import COMMANDS, main
+from goalreach_bringup.ros2cli.main import main
 
 VERBS = {
-    'interface': 'list package packages proto show',
     'node': 'info list',
-    'param': 'delete describe dump get list load set',
-    'service': 'call echo find info list type',
-    'topic': 'bw delay echo find hz info list pub type',
+    'param': 'dump get list set',
+    'service': 'call list',
+    'topic': 'echo hz info list pub',
 }
 
 
@@ -20,7 +16,7 @@ def test_without_a_command_it_tells_what_there_is(capsys: pytest.CaptureFixture[
     assert main([]) == 0
     out = capsys.readouterr().out
     assert out.startswith('usage: ros2 ')
-    assert all(name in out for name in COMMANDS)
+    assert all(name in out for name in VERBS)
     assert 'Differences from ros2cli 0.32: ' in out
     with pytest.raises(SystemExit):
         main(['topic', '--help'])
@@ -49,14 +45,14 @@ def test_each_level_has_its_help(arguments: list[str], capsys: pytest.CaptureFix
         ['topic', 'lits'],
         ['topic', 'info'],
         ['node'],
-        *(['topic', verb, 'a-b'] for verb in ('info', 'type', 'echo', 'hz', 'bw', 'delay')),
+        *(['topic', verb, 'a-b'] for verb in ('info', 'echo', 'hz')),
         ['topic', 'pub', '/a//b', 'std_msgs/msg/Bool'],
-        ['service', 'info', '/1'],
+        ['topic', 'pub', '/a', 'std_msgs/msg/Bool', '-1', '-t', '2'],
+        ['topic', 'pub', '/a', 'std_msgs/msg/Bool', '-r', 'nan'],
+        ['topic', 'hz', '/a', '-w', '0'],
+        ['topic', 'echo', '/a', '-l', '-1'],
+        ['topic', 'echo', '/a', '-l', '1.5'],
         ['service', 'call', '', 'std_srvs/srv/Trigger'],
-        ['service', 'echo', '/a/'],
-        ['topic', 'hz', '/a', '--filter', 'm.'],
-        ['topic', 'bw', '/a', '-w', '0'],
-        ['param', 'list', '--filter', '['],
     ],
 )
 def test_wrong_words_end_with_status_2(
@@ -68,23 +64,14 @@ def test_wrong_words_end_with_status_2(
     assert 'error: ' in capsys.readouterr().err
 
 
-@pytest.fixture
-def _ended() -> Iterator[None]:
-    """End ROS where the end of the process would: a refused name of a node leaves that to it."""
-    yield
-    rclpy.try_shutdown()
-
-
-@pytest.mark.usefixtures('_ended')
 @pytest.mark.parametrize(
     ('arguments', 'line'),
     [
         (['topic', 'pub', '/a', 'std_msgs/msg/Nope'], 'The passed message type is invalid'),
         (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '[1]'], 'The passed value needs to be a '),
         (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '{data: 2}'], 'Failed to populate field: '),
-        (['service', 'call', '/a', 'std_msgs/msg/Bool'], 'The passed type is not a service'),
+        (['service', 'call', '/a', 'std_msgs/msg/Bool'], 'The passed service type is invalid'),
         (['topic', 'echo', '/a', '--field', '.'], "Invalid field value '.'"),
-        (['topic', 'pub', '/a', 'std_msgs/msg/Bool', '-n', 'a-b'], 'Invalid node name: '),
     ],
 )
 def test_mistakes_are_one_line_and_nothing_else(

@@ -5,14 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import goalreach_bags as bags
 from goalreach_bringup.command import Command
-from goalreach_msgs_py.options import REQUIRED, CommandOptions, SeededOptions, option
+from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
 
-SUMMARY = 'Inspect a bag: info, plot, export, compare; make a reference'
-
-_REFERENCE_START = '0.6,2.0,-90'
-"""Chosen: a short path, about five seconds, that turns and crosses a border."""
+SUMMARY = 'Inspect a bag: info, plot, export, compare'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,13 +44,6 @@ class ExportOptions(BagOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReferenceOptions(BagOptions, SeededOptions):
-    """Options of `bag reference`."""
-
-    composed: bool = option(False, 'all nodes in one process')
-
-
-@dataclass(frozen=True, kw_only=True)
 class CompareOptions(CommandOptions):
     """Options of `bag compare`."""
 
@@ -69,19 +58,22 @@ class CompareOptions(CommandOptions):
 
 
 def _info(options: InfoOptions) -> int:
+    from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_bag
 
-    with bags.BagReader(options.bag) as bag:
+    with BagReader(options.bag) as bag:
         show_bag(bag, check=options.check)
     return 0
 
 
 def _plot(options: PlotOptions) -> int:
+    from goalreach_bags.reader import BagReader
     from goalreach_bags.run_figures import run_figures
+    from goalreach_bags.run_series import read_run_series
     from goalreach_evaluation.figures.figure_file import write_figure
 
-    with bags.BagReader(options.bag) as bag:
-        series = bags.read_run_series(bag)
+    with BagReader(options.bag) as bag:
+        series = read_run_series(bag)
     folder = options.out or options.bag.with_name(f'{options.bag.name}-figures')
     for name, figure in run_figures(series).items():
         for path in write_figure(figure, folder, name):
@@ -90,47 +82,37 @@ def _plot(options: PlotOptions) -> int:
 
 
 def _export(options: ExportOptions) -> int:
+    from goalreach_bags.decode import Decoder
+    from goalreach_bags.export import MessageTable, write_table
+    from goalreach_bags.reader import BagReader
+
     topic = options.topic if options.topic.startswith('/') else f'/{options.topic}'
-    table = bags.MessageTable(max_array=options.max_array)
-    with bags.BagReader(options.bag) as bag:
+    table = MessageTable(max_array=options.max_array)
+    with BagReader(options.bag) as bag:
         bag.require([topic])
-        decoder = bags.Decoder([bag.topics[topic]])
+        decoder = Decoder([bag.topics[topic]])
         for message in bag.messages([topic]):
             table.add(message.time_ns, decoder.decode(topic, message.data))
     table.make_numbers()
     path = options.out or Path(f'{topic.strip("/").replace("/", "_")}.csv')
-    bags.write_table(path, table)
+    write_table(path, table)
     left_out = f', without {", ".join(sorted(table.left_out))}' if table.left_out else ''
     print(f'{table.rows} messages, {len(table.columns)} columns{left_out}: {path}')
     return 0
 
 
-def _reference(options: ReferenceOptions) -> int:
-    from goalreach_bringup.commands import run
-    from goalreach_bringup.launch.options import RunOptions, parse_start
-
-    options_of_run = RunOptions(
-        seed=options.seed,
-        clock='lockstep',
-        quiet=True,
-        paths=1,
-        start_poses=(parse_start(_REFERENCE_START),),
-        record=options.bag,
-        composed=options.composed,
-    )
-    return run.execute(options_of_run)
-
-
 def _compare(options: CompareOptions) -> int:
     """Print a table; return 1 where the bags differ."""
-    from goalreach_bags.compare import WALL_CLOCK_TOPICS
+    from goalreach_bags.compare import WALL_CLOCK_TOPICS, compare_bags
+    from goalreach_bags.options import TopicSelection
+    from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_comparison
 
     exclude = options.exclude or tuple(f'^{name}$' for name in WALL_CLOCK_TOPICS)
-    selection = bags.TopicSelection(names=options.topics, exclude=exclude)
+    selection = TopicSelection(names=options.topics, exclude=exclude)
     times = not options.ignore_times
-    with bags.BagReader(options.bag) as first, bags.BagReader(options.other) as second:
-        comparisons = bags.compare_bags(first, second, selection.includes, times=times)
+    with BagReader(options.bag) as first, BagReader(options.other) as second:
+        comparisons = compare_bags(first, second, selection.includes, times=times)
     show_comparison(comparisons)
     return 0 if all(comparison.same for comparison in comparisons) else 1
 
@@ -143,11 +125,6 @@ SUBCOMMANDS: Final[Mapping[str, Command]] = {
         execute=_plot,
     ),
     'export': Command(summary='a topic as CSV or Parquet', options=ExportOptions, execute=_export),
-    'reference': Command(
-        summary='drive one short path in lockstep and record it, for replay --recompute',
-        options=ReferenceOptions,
-        execute=_reference,
-    ),
     'compare': Command(
         summary='whether two bags hold the same messages, and where they first differ',
         options=CompareOptions,

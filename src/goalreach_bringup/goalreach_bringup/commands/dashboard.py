@@ -28,6 +28,7 @@ class Options(CommandOptions):
         maximum=65535,
     )
     arena: str = arena_option()
+    robot: str = option('', 'namespace of the robot that is shown', metavar='NAME')
     events: Path | None = option(None, 'reports of the run that started the page', hidden=True)
     listener: int | None = option(None, 'number of the socket of that run', hidden=True, minimum=0)
 
@@ -41,7 +42,7 @@ def execute(options: Options) -> int:
     from goalreach_bringup.launch.auxiliary_processes import require_page
 
     require_page()
-    from goalreach_dashboard import TOKEN_VARIABLE, bind, is_loopback, url
+    from goalreach_dashboard.address import TOKEN_VARIABLE, bind, is_loopback, url
     from goalreach_dashboard.web.server import serve
     from goalreach_evaluation.choices import choose_arena
 
@@ -55,4 +56,11 @@ def execute(options: Options) -> int:
         listener = bind(options.host, options.port)
         port = int(listener.getsockname()[1])
         print(f'live page: {url(options.host, port, token)}', flush=True)
-    return serve(listener, arena=arena, token=token, local=local, events=options.events)
+    return serve(
+        listener,
+        arena=arena,
+        token=token,
+        local=local,
+        events=options.events,
+        robot=options.robot,
+    )

@@ -1,4 +1,4 @@
-"""The `doctor` command: what goalreach runs on, and what would keep it from running."""
+"""The `doctor` command: reports the environment of goalreach, and problems in it."""
 
 from collections.abc import Callable
 import contextlib
@@ -14,12 +14,13 @@ import webbrowser
 
 from goalreach_bringup.launch.auxiliary_processes import require_page
 from goalreach_bringup.launch.environment import SHARED_MEMORY, abandoned_files, domain_lock
-from goalreach_bringup.ros2cli.participants_file import count_local_participants, domain_ports
 from goalreach_bringup.variables import check_variables
-from goalreach_dashboard import bind
+from goalreach_dashboard.address import bind
 from goalreach_msgs_py.errors import GoalreachError, one_line
+from goalreach_msgs_py.ros.dds_profile import count_local_participants, domain_ports
+from goalreach_msgs_py.ros.distribution import installed
 
-SUMMARY = 'Print what goalreach runs on, and what is wrong with it'
+SUMMARY = 'Report the environment of goalreach, and problems in it'
 
 _ROS_PROBE: Final = """
 import rclpy.utilities
@@ -71,8 +72,8 @@ def _ros() -> str:
     probe = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if probe.returncode:
         reason = probe.stderr.strip().rpartition('\n')[2]
-        raise GoalreachError(f'rclpy cannot be imported: {reason}; install goalreach anew')
-    distribution = os.environ.get('ROS_DISTRO') or 'jazzy, from wheels'
+        raise GoalreachError(f'rclpy cannot be imported: {reason}; reinstall goalreach')
+    distribution = os.environ.get('ROS_DISTRO') or f'{installed().name}, from wheels'
     return f'{distribution}, {probe.stdout.strip()}'
 
 

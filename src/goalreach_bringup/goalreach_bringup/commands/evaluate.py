@@ -22,7 +22,7 @@ class Options(SeededOptions):
         'start poses: the 22 of the paper, or N drawn over the floor or along the walls',
         metavar='paper|random:N|border:N',
     )
-    noise: str = option('nominal', 'sensor errors', metavar='none|nominal|harsh|FILE')
+    noise: str = option('nominal', 'sensor errors', metavar='none|nominal|harsh|abroad|FILE')
     jobs: int = option(1, 'processes; the result is the same', minimum=1)
     json: Path | None = option(None, 'write every path and the summary')
     quiet: bool = option(False, 'show errors only')

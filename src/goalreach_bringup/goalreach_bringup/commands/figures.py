@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import goalreach_evaluation as evaluation
-from goalreach_evaluation.choices import arena_option, policy_option
+from goalreach_evaluation.choices import arena_option, choose_arena, choose_policy, policy_option
 from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
+    from goalreach_evaluation.summary_file import RecordedRun
     from goalreach_learning.policy import Policy
 
 
@@ -24,9 +24,6 @@ class Options(SeededOptions):
     policy: str | None = policy_option()
     evaluation: Path | None = option(
         None, 'file of `evaluate --json` or `run --summary`, for the paths with all sensors'
-    )
-    animate: bool = option(
-        False, 'also draw a path as a short GIF: of the evaluation, or of the policy alone'
     )
     drive: bool = option(
         False, 'without --evaluation: drive from every start through rendered images first'
@@ -42,32 +39,32 @@ def execute(options: Options) -> int:
     Raises:
         GoalreachError: A file cannot be read or written.
     """
-    from goalreach_evaluation.figures.figure_file import write_animation, write_figure
-    from goalreach_evaluation.figures.paper_figures import paper_figures, path_animation
+    from goalreach_evaluation.figures.figure_file import write_figure
+    from goalreach_evaluation.figures.paper_figures import paper_figures
+    from goalreach_evaluation.summary_file import read_recorded_run
 
-    arena = evaluation.choose_arena(options.arena)
+    arena = choose_arena(options.arena)
     if options.policy is None:
         print('no --policy given: learning one')
-    policy = evaluation.choose_policy(options.policy, arena, options.seed)
+    policy = choose_policy(options.policy, arena, options.seed)
     given = options.evaluation
-    recorded = None if given is None else evaluation.read_recorded_run(given)
+    recorded = None if given is None else read_recorded_run(given)
     driven = _drive(options, policy) if options.drive and recorded is None else recorded
     origin = Path(options.policy).name if options.policy else f'learned with seed {options.seed}'
     endings = ('svg', 'png') if options.format == 'both' else (options.format,)
     for name, figure in paper_figures(arena, policy, driven, origin=origin).items():
         for file in write_figure(figure, options.out, name, endings):
             print(file)
-    if options.animate:
-        print(write_animation(path_animation(arena, policy, recorded), options.out, 'path'))
     if driven is None:
         print('figure 7 (paths with all sensors) needs --evaluation FILE or --drive: left out')
     return 0
 
 
-def _drive(options: Options, policy: Policy) -> evaluation.RecordedRun:
+def _drive(options: Options, policy: Policy) -> RecordedRun:
     """Drive every start through rendered images with nominal noise."""
+    from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.summary_file import recorded_run
 
     arena, seed = options.arena, options.seed
-    request = evaluation.EvaluationRequest(policy=policy, arena=arena, seed=seed)
-    return recorded_run(evaluation.evaluate(request).to_json())
+    request = EvaluationRequest(policy=policy, arena=arena, seed=seed)
+    return recorded_run(evaluate(request).to_json())

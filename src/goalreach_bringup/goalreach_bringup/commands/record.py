@@ -15,9 +15,9 @@ def execute(options: Options) -> int:
     if not options.repair:
         from goalreach_bags.ros.recorder import record
 
-        result = record(options)
-        print(result)
-        return 1 if result.stopped else 0
+        line, whole = record(options)
+        print(line)
+        return 0 if whole else 1
     if options.bag is None:
         raise ConfigurationError('--repair', '', 'followed by the bag')
     from goalreach_bags.repair import repair_bag

@@ -9,7 +9,7 @@ from typing import Final
 from goalreach_bringup.command import VerbatimOptions
 from goalreach_msgs_py.options import option
 
-SUMMARY: str = 'Inspect the running graph as ros2 does: topic, node, param, service, interface'
+SUMMARY: str = 'Inspect the running graph as ros2 does: topic, node, param, service'
 
 _HANDED_OVER: Final = 'GOALREACH_ROS2_HANDED_OVER'
 """Set for the `ros2` that is started, in case it is a wrapper that comes back here."""

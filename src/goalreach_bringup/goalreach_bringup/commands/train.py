@@ -8,7 +8,7 @@ from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Any
 
-from goalreach_evaluation.choices import arena_option
+from goalreach_evaluation.choices import arena_option, learner_option
 from goalreach_msgs_py.options import SeededOptions, option
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ class Options(SeededOptions):
 
     trials: int = option(20, 'trials, each one path from every start')
     arena: str = arena_option()
+    learner: str = learner_option()
     out: Path = option(Path('policy.json'), 'policy file to write')
     json: Path | None = option(None, 'write trials, seconds and success by trial')
     quiet: bool = option(False, 'show errors only')
@@ -46,6 +47,7 @@ def execute(options: Options) -> int:
     from goalreach_evaluation.summary_file import write_summary
     from goalreach_evaluation.terminal import progress_bar
     from goalreach_learning.kinematic_drive import greedy_successes
+    from goalreach_learning.learner import Agent
     from goalreach_learning.policy_file import write_policy
     from goalreach_learning.q_learning import LearningConfig
     from goalreach_learning.training import train
@@ -56,7 +58,13 @@ def execute(options: Options) -> int:
     long = config.trials >= _WORTH_A_BAR
     began_s = time.perf_counter()
     with progress_bar('learning', total=config.trials, quiet=options.quiet or not long) as advance:
-        result = train(arena, config, rng=rng, on_trial=(lambda *_: advance(1)) if long else None)
+        result = train(
+            arena,
+            config,
+            rng=rng,
+            on_trial=(lambda *_: advance(1)) if long else None,
+            agent=Agent(options.learner, arena.regions, config, rng),
+        )
     seconds = time.perf_counter() - began_s
     policy = replace(result.policy, learning={**result.policy.learning, 'seed': options.seed})
     greedy = greedy_successes(arena, policy)
@@ -75,6 +83,7 @@ def _report(
     return {
         'seed': options.seed,
         'arena': options.arena,
+        'learner': options.learner,
         'trials': options.trials,
         'seconds': seconds,
         'success_by_trial': list(result.success_by_trial),
@@ -98,15 +107,14 @@ def _show(
 
 
 def _action_table(policy: Policy) -> str:
-    from goalreach_learning.task import ACTIONS_DEG
-    from goalreach_msgs_py.regions import X_LABELS, Y_LABELS
-
-    lines = [' ' * 8 + ''.join(f'{label:>12}' for label in X_LABELS)]
-    for j in (2, 1, 0):
+    columns, rows = policy.regions.labels
+    lines = [' ' * 8 + ''.join(f'{label:>12}' for label in columns)]
+    for j, row in reversed(list(enumerate(rows))):
         cells = []
-        for i in range(3):
+        for i in range(len(columns)):
             action = policy.greedy_action((i, j))
             unknown = 'goal' if (i, j) == policy.regions.goal else '-'
-            cells.append(unknown if action is None else f'{ACTIONS_DEG[action]:.0f}')
-        lines.append(f'  {Y_LABELS[j]:<6}' + ''.join(f'{cell:>12}' for cell in cells))
+            heading = f'{360.0 / policy.regions.actions * (action or 0):g}'
+            cells.append(unknown if action is None else heading)
+        lines.append(f'  {row:<6}' + ''.join(f'{cell:>12}' for cell in cells))
     return '\n'.join(lines)

@@ -1,6 +1,6 @@
 """Auxiliary processes of a run: the live page and the recorder."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.util import find_spec
 import json
 import logging
@@ -13,7 +13,7 @@ import time
 from typing import Any, Final
 
 from goalreach_bringup.launch.child_process import ChildProcess, start_fork_server, stop_all
-from goalreach_dashboard import REQUEST, TOKEN_VARIABLE, bind, url
+from goalreach_dashboard.address import REQUEST, TOKEN_VARIABLE, bind, url
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.process import StopRequest
 
@@ -63,19 +63,20 @@ def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
 
 
 class PageProcess(ChildProcess):
-    """Runs `goalreach dashboard` for one run or several, and talks with it.
+    """Runs `goalreach dashboard` for one or several runs, and exchanges messages with it.
 
     Anyone with the logged URL may steer: it holds a token that is nowhere else. The socket is
     bound here, so that the URL is known, and a browser that opens it waits, before the page is up.
 
     Args:
         arena: Name or file of the arena.
+        namespace: Namespace of the robot that is shown at first.
         directory: Directory of the run, for its log.
-        environment: Environment of the graph.
     """
 
-    def __init__(self, arena: str, directory: Path, environment: Mapping[str, str]) -> None:
+    def __init__(self, arena: str, namespace: str, directory: Path) -> None:
         start_fork_server()
+        words = ['dashboard', '--arena', arena, '--robot', namespace]
         token = secrets.token_urlsafe(16)
         self._events = (directory / 'page.jsonl').open('w', encoding='utf-8', buffering=1)
         self._viewers = 0
@@ -85,24 +86,24 @@ class PageProcess(ChildProcess):
             super().__init__(
                 'dashboard',
                 _COMMAND_LINE,
-                ['dashboard', '--arena', arena, '--events', self._events.name, '--listener'],
-                environment={**environment, TOKEN_VARIABLE: token},
+                [*words, '--events', self._events.name, '--listener'],
                 log_path=directory / 'dashboard.log',
+                variables={TOKEN_VARIABLE: token},
                 listener=listener,
             )
 
     def report(self, event: str, **values: object) -> None:
-        """Tell the page what happens in the run."""
+        """Report an event of the run to the page."""
         self._events.write(json.dumps({'event': event, **values}) + '\n')
 
     def poll(self) -> list[dict[str, Any]]:
-        """Return what the page has asked for; log that it ended: the run continues without it."""
+        """Return the requests of the page; log its end, which does not end the run."""
         requests = []
         for line in self.read_log():
             if line.startswith(REQUEST):
-                told = json.loads(line[len(REQUEST) :])
-                self._viewers = told.get('viewers', self._viewers)
-                requests += [told] if 'request' in told else []
+                message = json.loads(line[len(REQUEST) :])
+                self._viewers = message.get('viewers', self._viewers)
+                requests += [message] if 'request' in message else []
         if self.exit_status is not None and not self._failed:
             self._failed = True
             _LOG.error('dashboard: error: %s', self.last_log_line())
@@ -144,29 +145,17 @@ class RecorderProcess(ChildProcess):
         bag: The bag.
         arguments: Further options of the command.
         directory: Directory of the run, for its log.
-        environment: Environment of the graph.
 
     Attributes:
         failed: Whether it ended with an error.
     """
 
-    def __init__(
-        self,
-        bag: Path,
-        arguments: Sequence[str],
-        directory: Path,
-        environment: Mapping[str, str],
-    ) -> None:
+    def __init__(self, bag: Path, arguments: Sequence[str], directory: Path) -> None:
         self.failed = False
         self._bag = bag
         self._reported = False
-        super().__init__(
-            'record',
-            _COMMAND_LINE,
-            ['record', str(bag), *arguments],
-            environment=environment,
-            log_path=directory / 'recorder.log',
-        )
+        words = ['record', str(bag), *arguments]
+        super().__init__('record', _COMMAND_LINE, words, log_path=directory / 'recorder.log')
 
     def poll(self, *, began: bool) -> None:
         """Check that it runs: a run continues without a recorder, but does not start without.

@@ -22,12 +22,21 @@ import time
 from types import ModuleType
 from typing import Final
 
+from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
+
 _LOG: Final = logging.getLogger(__name__)
 _NODE_LOG_LINE: Final = re.compile(r'^\[(WARN|ERROR|FATAL)\] \[[^\]]*\] \[([^\]]*)\]: (.*)$')
 _GRACE_S: Final = 3.0
 _KILL_S: Final = 1.0
 _CONTEXT: Final = multiprocessing.get_context('forkserver')
 
+NODE_CLASSES: Final[Mapping[str, str]] = {
+    ROBOT: 'goalreach_sim.nomad200_node:Nomad200Node',
+    LOCALIZER: 'goalreach_perception.landmark_localizer_node:LandmarkLocalizerNode',
+    ESTIMATOR: 'goalreach_perception.state_estimator_node:StateEstimatorNode',
+    CONTROLLER: 'goalreach_learning.goal_reaching_controller_node:GoalReachingControllerNode',
+}
+"""Module and class of each node, by its name."""
 NODES_MODULE: Final = 'goalreach_bringup.launch.ros.nodes'
 """Module whose `main` runs nodes; the server imports it."""
 IMPORT_ENVIRONMENT: Final[Mapping[str, str]] = {
@@ -64,8 +73,8 @@ class ChildProcess:
         name: Name of the process, in messages and in the list of processes.
         module: Module with the function `main`.
         arguments: Its command line.
-        environment: Environment variables of the process.
         log_path: File that takes everything the process writes.
+        variables: Environment variables that differ from those of this process.
         listener: A listening socket for the process; its number becomes the last argument.
     """
 
@@ -75,8 +84,8 @@ class ChildProcess:
         module: str,
         arguments: Sequence[str],
         *,
-        environment: Mapping[str, str],
         log_path: Path,
+        variables: Mapping[str, str] | None = None,
         listener: socket.socket | None = None,
     ) -> None:
         self.name = name
@@ -85,7 +94,10 @@ class ChildProcess:
         self._partial_line = self._last_line = ''
         self._process = _CONTEXT.Process(
             target=_run,
-            args=(module, [name, *arguments], dict(environment), str(log_path), listener),
+            args=(
+                *(module, [name, *arguments], {**os.environ, **(variables or {})}),
+                *(str(log_path), listener),
+            ),
             daemon=True,
         )
         with _hidden_main():

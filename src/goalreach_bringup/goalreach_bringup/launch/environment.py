@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 import contextlib
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 import errno
 import fcntl
 import os
@@ -16,10 +16,14 @@ import time
 from typing import Final
 
 from goalreach_bringup.launch.child_process import IMPORT_ENVIRONMENT
-from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_bringup.variables import HIGHEST_DOMAIN
 from goalreach_msgs_py.errors import GoalreachError
-from goalreach_msgs_py.ros.dds_profile import PROFILE_VARIABLE, chosen_profile, fast_dds_profile
+from goalreach_msgs_py.ros.dds_profile import (
+    PROFILE_VARIABLE,
+    chosen_profile,
+    count_local_participants,
+    fast_dds_profile,
+)
 from goalreach_msgs_py.ros.process import LAUNCHER_PID
 
 
@@ -86,23 +90,49 @@ _PEER: Final = struct.Struct('iII')
 
 
 @contextmanager
-def domain_lock() -> Iterator[None]:
+def domain_lock(namespace: str = '') -> Iterator[bool]:
     """Lock this process's ROS domain against all users; it is released however the process ends.
+
+    A run without a namespace holds the lock of the domain. One with a namespace holds that of the
+    namespace, and the domain's where it is free.
+
+    Args:
+        namespace: Namespace of the run.
+
+    Yields:
+        Whether it holds the lock of the domain, and with it `/clock`.
 
     Raises:
         GoalreachError: Another stack of this machine holds it.
     """
+    with ExitStack() as locks:
+        if namespace:
+            locks.enter_context(_lock(f'/{namespace}'))
+        owns_domain = True
+        try:
+            locks.enter_context(_lock(''))
+        except GoalreachError:
+            owns_domain = False
+            if not namespace:
+                raise
+        yield owns_domain
+
+
+@contextmanager
+def _lock(suffix: str) -> Iterator[None]:
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
+    name = f'{domain}{suffix}'
     with socket.socket(socket.AF_UNIX) as lock:
         try:
-            lock.bind(f'{_LOCK}{domain}')
+            lock.bind(f'{_LOCK}{name}')
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise GoalreachError(
                     f'ROS_DOMAIN_ID = {domain}: cannot be locked: {error.strerror}'
                 ) from None
+            where = f'in {suffix}' if suffix else 'there'
             raise GoalreachError(
-                f'ROS_DOMAIN_ID = {domain}: another graph runs there ({_holder(domain)}); stop '
+                f'ROS_DOMAIN_ID = {domain}: another graph runs {where} ({_holder(name)}); stop '
                 f'it, or start this one with ROS_DOMAIN_ID={next(unused_domains(), "another")}'
             ) from None
         lock.listen(socket.SOMAXCONN)
@@ -118,18 +148,18 @@ def unused_domains(first: int = FIRST_DOMAIN) -> Iterator[int]:
     sockets = ''
     with contextlib.suppress(OSError):  # a sandbox may hide the table
         sockets = Path('/proc/net/unix').read_text(encoding='ascii', errors='replace')
-    locked = set(re.findall(rf'@{_LOCK[1:]}(\d+)$', sockets, re.MULTILINE))
+    locked = set(re.findall(rf'@{_LOCK[1:]}(\d+)(?:/.*)?$', sockets, re.MULTILINE))
     for domain in range(first, HIGHEST_DOMAIN + 1):
         if str(domain) not in locked and not count_local_participants(domain):
             yield domain
 
 
-def _holder(domain: int) -> str:
-    """Return process and user that hold the lock of a domain, as far as they can be known."""
+def _holder(name: str) -> str:
+    """Return process and user that hold a lock, as far as they can be known."""
     with socket.socket(socket.AF_UNIX) as probe:
         probe.setblocking(False)
         try:
-            probe.connect(f'{_LOCK}{domain}')
+            probe.connect(f'{_LOCK}{name}')
         except OSError:  # it ends just now, or too many have asked
             return 'process unknown'
         peer = probe.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)

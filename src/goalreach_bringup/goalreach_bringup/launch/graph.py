@@ -1,6 +1,6 @@
 """The processes of the graph: starts them, restarts those that fail, and stops them.
 
-How it is told that one no longer answers is the caller's: nothing here needs ROS.
+The caller detects processes that no longer answer: nothing here needs ROS.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,6 +35,11 @@ class NodeDiedError(GoalreachError):
     status = 1
 
 
+def remap_arguments(rules: Sequence[str]) -> list[str]:
+    """Return remapping rules as the command line of a node."""
+    return ['--ros-args', *(word for rule in rules for word in ('--remap', rule))]
+
+
 @dataclass
 class Backoff:
     """Counts the deaths of one process and delays its restarts.
@@ -64,50 +69,46 @@ class Backoff:
         return float(self.first_delay_s * 2.0 ** (before - 1)) if before else 0.0
 
 
+@dataclass(kw_only=True)
 class Graph:
     """The processes of a running graph.
 
     A process that dies or no longer answers is reported, ended and restarted from where the run
     is, after a delay that doubles with each death; one that keeps dying ends the run.
 
-    Args:
+    Attributes:
         parameters: Parameters of every node.
         directory: Directory for parameter files and logs.
-        environment: Environment of the processes.
         composed: Whether all nodes share one process.
         remaps: Remapping rules for every node.
-
-    Attributes:
+        namespace: Namespace of the nodes, for their parameter files.
+        nodes: The nodes that it starts.
         processes: Names of the processes.
         parameters_path: File with the parameters of every node.
-        started_s: When the start began, by a monotonic clock.
+        started_s: When the start began, by a monotonic clock; 0 before.
     """
 
-    def __init__(
-        self,
-        *,
-        parameters: NodeParameters,
-        directory: Path,
-        environment: Mapping[str, str],
-        composed: bool,
-        remaps: Sequence[str] = (),
-    ) -> None:
-        self._parameters = parameters
-        self._directory = directory
-        self._environment = environment
-        self._remaps = [word for rule in remaps for word in ('--remap', rule)]
-        self.processes = _COMPOSED if composed else NODES
-        self._processes: dict[str, ChildProcess] = {}
+    parameters: NodeParameters
+    directory: Path
+    composed: bool
+    remaps: Sequence[str] = ()
+    namespace: str = ''
+    nodes: tuple[str, ...] = NODES
+    _processes: dict[str, ChildProcess] = field(default_factory=dict, init=False)
+    _restart_at_s: dict[str, float] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        self.processes = _COMPOSED if self.composed else self.nodes
         self._backoffs = {name: Backoff() for name in self.processes}
-        self._restart_at_s: dict[str, float] = {}
-        self.parameters_path = directory / 'parameters.yaml'
-        self.started_s = time.monotonic()
+        self.parameters_path = self.directory / 'parameters.yaml'
+        write_parameters(self.parameters_path, self.parameters, self.namespace)
+        self.started_s = 0.0
 
     def start(self) -> None:
         """Start the processes."""
         start_fork_server()
         remove_abandoned()
-        write_parameters(self.parameters_path, self._parameters)
+        self.started_s = time.monotonic()
         for name in self.processes:
             self._launch(name, self.parameters_path)
 
@@ -115,10 +116,30 @@ class Graph:
         self._processes[name] = ChildProcess(
             name,
             NODES_MODULE,
-            ['--ros-args', '--params-file', str(parameters_path), *self._remaps],
-            environment=self._environment,
-            log_path=self._directory / f'{name}.log',
+            [
+                *(*self._nodes_of(name), *remap_arguments(self.remaps)),
+                *('--params-file', str(parameters_path)),
+            ],
+            log_path=self.directory / f'{name}.log',
         )
+
+    def _nodes_of(self, process: str) -> tuple[str, ...]:
+        return (process,) if process in NODES else self.nodes
+
+    def is_down(self, node: str) -> bool:
+        """Return whether the process of a node has ended and is not restarted yet."""
+        return any(node in self._nodes_of(name) for name in self._restart_at_s)
+
+    def restart(self, changes: Mapping[str, dict[str, Any]]) -> None:
+        """Restart all processes.
+
+        Args:
+            changes: The parameters that make them continue where the run is, by node.
+        """
+        stop_all(list(self._processes.values()))
+        self._restart_at_s.clear()
+        for name in self.processes:
+            self._restart(name, changes)
 
     def supervise(
         self,
@@ -169,10 +190,10 @@ class Graph:
         self._restart_at_s[name] = now_s + delay_s
 
     def _restart(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
-        nodes = [name] if name in NODES else list(NODES)
-        parameters = {node: {**self._parameters[node], **changes.get(node, {})} for node in nodes}
-        path = self._directory / f'{name}-restart.yaml'
-        write_parameters(path, parameters)
+        nodes = self._nodes_of(name)
+        parameters = {node: {**self.parameters[node], **changes.get(node, {})} for node in nodes}
+        path = self.directory / f'{name}-restart.yaml'
+        write_parameters(path, parameters, self.namespace)
         remove_abandoned()
         self._launch(name, path)
 

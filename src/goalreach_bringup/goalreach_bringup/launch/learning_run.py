@@ -3,13 +3,16 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from numpy.random import default_rng
+
 from goalreach_evaluation.choices import choose_policy
 from goalreach_learning.kinematic_drive import greedy_successes
+from goalreach_learning.learner import Agent
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.errors import ConfigurationError, FileFormatError
 
 _PATHS_DRIVEN = 'paths_driven'
 
@@ -25,36 +28,45 @@ class LearningRun:
         policy: The policy at the start of the run.
         first_path: Number of the first path to be driven.
         trials: Trials of the whole phase.
+        learner: Name of the learner.
     """
 
     policy: Policy
     first_path: int
     trials: int
+    learner: str = 'paper'
 
     @classmethod
-    def begin(cls, path: Path, arena: Arena, *, trials: int = 0) -> 'LearningRun':
+    def begin(
+        cls, path: Path, arena: Arena, *, trials: int = 0, learner: str | None = None
+    ) -> 'LearningRun':
         """Return the learning phase of a file, or a new one written to it.
 
         Args:
             path: Policy file.
             arena: Arena to learn in.
             trials: Trials of the whole phase; 0 for the default.
+            learner: Name of the learner; None for the one that the file began with.
 
         Raises:
-            FileFormatError: The file is no policy, one of another arena, or one that was not
-                learned over the graph.
+            FileFormatError: The file is no policy, one of another arena or learner, or one that
+                was not learned over the graph; or there is no such learner.
         """
         trials = trials or LearningConfig().trials
-        if not path.exists():
-            policy = Policy.unlearned(arena.regions)
+        is_new = not path.exists()
+        policy = Policy.unlearned(arena.regions) if is_new else choose_policy(path, arena)
+        name = learner or policy.learner.get('name', 'paper')
+        try:
+            Agent(name, arena.regions, LearningConfig(), default_rng(), policy)
+        except ConfigurationError as error:
+            raise FileFormatError(path, str(error)) from None
+        if is_new:
             write_policy(path, policy)
-            return cls(policy=policy, first_path=0, trials=trials)
-        policy = choose_policy(path, arena)
         driven = policy.learning.get(_PATHS_DRIVEN, None if policy.visits.any() else 0)
         if type(driven) is not int or driven < 0:
             reason = f'learning.{_PATHS_DRIVEN} = {driven!r}: must be the number of paths driven'
             raise FileFormatError(path, f'{reason}; choose a new file for --learn')
-        return cls(policy=policy, first_path=driven, trials=trials)
+        return cls(policy=policy, first_path=driven, trials=trials, learner=name)
 
     def total(self, starts: int) -> int:
         """Return the number of paths of the whole learning phase."""

@@ -3,15 +3,17 @@
 from dataclasses import dataclass
 import math
 from pathlib import Path
+import re
 from typing import Final
 
 from goalreach_bags.storage import STORAGES
-from goalreach_evaluation.choices import arena_option, policy_option
+from goalreach_evaluation.choices import arena_option, learner_option, policy_option
 from goalreach_learning.blending import MODES
 from goalreach_learning.policy_file import policy_names
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS
 from goalreach_msgs_py.options import SeededOptions, option
+from goalreach_msgs_py.topics import NODES, ROBOT
 from goalreach_msgs_py.values import Pose2
 
 _START_NUMBERS: Final = 3
@@ -38,6 +40,17 @@ def _parse_remap(text: str) -> str:
     return text
 
 
+def parse_namespace(text: str) -> str:
+    """Return a namespace without its leading slash.
+
+    Raises:
+        ConfigurationError: It is none.
+    """
+    if not re.fullmatch(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', text, re.ASCII):
+        raise ConfigurationError('--namespace', text, 'a ROS 2 namespace such as robot1')
+    return text.removeprefix('/')
+
+
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(SeededOptions):
     """Options of `run`; None where the parameter file or the default decides."""
@@ -47,6 +60,11 @@ class RunOptions(SeededOptions):
     )
     policy: str | None = policy_option()
     mode: str | None = option(None, 'how the heading is chosen (default: fuzzy)', choices=MODES)
+    behaviors: str | None = option(
+        None,
+        'behaviours, such as "first(escape, blend(avoid, patience, goal))" (default: goal)',
+        metavar='TEXT',
+    )
     paths: int = option(0, 'number of paths; 0: until Ctrl-C', minimum=0)
     arena: str = arena_option()
     starts: str = option('paper', 'where paths begin', choices=('paper', 'random'))
@@ -62,15 +80,31 @@ class RunOptions(SeededOptions):
     learn: bool = option(
         False, 'learn over the live graph, into the file --policy; continues where it ends'
     )
+    learner: str | None = learner_option(None)
     record: Path | None = option(None, 'record every topic into a bag', metavar='DIR')
     storage: str = option('mcap', 'storage format of the bag', choices=STORAGES)
     composed: bool = option(False, 'all nodes in one process')
+    external: tuple[str, ...] = option(
+        (), 'external node: wait for it instead of starting ours; repeatable',
+        metavar='NODE', choices=NODES, repeatable=True,
+    )  # fmt: skip
+    placement_service: str = option(
+        '', 'service (std_srvs/Trigger) that puts an external robot at the start of each path',
+        metavar='NAME',
+    )  # fmt: skip
+    no_drive: bool = option(
+        False, 'show what the robot would be commanded, and send it on /cmd_vel_not_sent instead'
+    )
     dashboard: bool | None = option(
         None, 'show the live page (default: on a terminal, in real time)'
     )
     remaps: tuple[str, ...] = option(
         (), 'ROS 2 remapping rule for the nodes; repeatable', flag='--remap',
         metavar='[NODE:]FROM:=TO', repeatable=True, parse=_parse_remap,
+    )  # fmt: skip
+    namespace: str = option(
+        '', 'namespace of the nodes, so that several robots share a ROS domain', metavar='NAME',
+        parse=parse_namespace,
     )  # fmt: skip
     params_file: Path | None = option(None, 'ROS 2 parameter file', metavar='YAML')
     network: bool = option(
@@ -81,6 +115,13 @@ class RunOptions(SeededOptions):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.placement_service and ROBOT not in self.external:
+            allowed = f'given with --external {ROBOT}'
+            raise ConfigurationError('--placement-service', self.placement_service, allowed)
+        if self.no_drive and self.clock == 'lockstep':
+            raise ConfigurationError('--no-drive', self.clock, 'in real time')
+        if self.learner is not None and not self.learn:
+            raise ConfigurationError('--learner', self.learner, 'given with --learn')
         if self.learn and self.policy in policy_names():
             allowed = f'a file to learn into, such as ./{self.policy}'
             raise ConfigurationError('--policy', self.policy, allowed)

@@ -2,34 +2,19 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field, replace
 import itertools
 import math
 from typing import Final
 
-from goalreach_evaluation.path_metrics import PathMeter, PathResult
+from goalreach_evaluation.path_metrics import PathResult, Tick, measure_path
 from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.values import PathOutcome, Pose2
+from goalreach_msgs_py.values import PathOutcome, Pose2, Region
 
 _PLACED_M: Final = 0.01
 """A robot this near to a start has been placed there. Chosen."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Tick:
-    """True and estimated state at one stamp.
-
-    Attributes:
-        time_ns: The stamp.
-        truth: True pose.
-        estimate: Estimated pose, or None where the state estimate was uncertain.
-        commanded_heading_rad: Heading that the controller commanded, or None.
-    """
-
-    time_ns: int
-    truth: Pose2
-    estimate: Pose2 | None
-    commanded_heading_rad: float | None
+_CARRIED_M: Final = 0.2
+"""A robot that moved further between two ticks was carried: it drives a tenth of that. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,33 +34,35 @@ class Progress:
     truth: Pose2 | None
 
 
+@dataclass
 class PathEvaluator:
     """Splits the stream of ticks into paths and evaluates each.
 
     Outcomes arrive in the order of their paths. A path whose outcome or ticks were not received is
     not judged, but counted, and evaluation continues with the next one.
 
-    Args:
+    Attributes:
         starts: Start poses in the order driven, or empty where the robot is not placed.
         regions: The region map, for the true goal.
         first_path: Number of the first path.
-
-    Attributes:
+        judged: Whether ticks hold the truth; otherwise its place is taken by the estimate.
         last_ns: Stamp of the last tick.
         unjudged: Numbers of the paths that ended and could not be judged.
     """
 
-    def __init__(
-        self, starts: Sequence[Pose2], regions: RegionMap, *, first_path: int = 0
-    ) -> None:
-        self._starts = tuple(starts)
-        self._regions = regions
-        self._path = first_path
-        self._ticks: list[Tick] = []
-        self._outcomes: dict[int, tuple[int, PathOutcome]] = {}
-        self.last_ns = 0
-        self.unjudged: list[int] = []
-        self._truth: Pose2 | None = None
+    starts: Sequence[Pose2]
+    regions: RegionMap
+    _: KW_ONLY
+    first_path: int = 0
+    judged: bool = True
+    last_ns: int = 0
+    unjudged: list[int] = field(default_factory=list)
+    _ticks: list[Tick] = field(default_factory=list)
+    _outcomes: dict[int, tuple[int, PathOutcome]] = field(default_factory=dict)
+    _truth: Pose2 | None = None
+
+    def __post_init__(self) -> None:
+        self._path = self.first_path
 
     @property
     def has_pending_outcome(self) -> bool:
@@ -88,6 +75,20 @@ class PathEvaluator:
         return Progress(
             path=self._path, placed=bool(self._ticks), last_ns=self.last_ns, truth=self._truth
         )
+
+    def move_goal(self, goal: Region) -> None:
+        """Judge by the new goal region of the controller from now on."""
+        self.regions = replace(self.regions, goal=goal)
+
+    def begin_path(self) -> None:
+        """Begin the current path with the next tick: until now the robot was being placed."""
+        self._ticks.clear()
+
+    def restart_clock(self) -> None:
+        """Discard the ticks of the current path: a restarted robot has a new clock."""
+        self._ticks.clear()
+        self._outcomes.clear()
+        self.last_ns = 0
 
     def add_tick(self, tick: Tick) -> list[PathResult]:
         """Add a tick; return the paths that it completes. A repeated tick is ignored."""
@@ -128,7 +129,8 @@ class PathEvaluator:
             if truth is None:
                 self.unjudged.append(path)
             else:
-                driven = self._since_last_placing(ticks) if skipped else ticks
+                placed = bool(self.starts) and not skipped
+                driven = ticks if placed else self._since_last_placing(ticks)
                 results.append(self._close(driven, truth, outcome))
             self._path += 1
         return results
@@ -137,27 +139,23 @@ class PathEvaluator:
         """Measure the current path by its ticks since the robot was placed."""
         begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
         ticks = ticks[next(begin, len(ticks)) :]
-        meter = PathMeter(self._start(ticks[0].truth if ticks else truth))
-        for tick in ticks:
-            meter.add(
-                time_ns=tick.time_ns,
-                truth=tick.truth,
-                estimate=tick.estimate,
-                commanded_heading_rad=tick.commanded_heading_rad,
-            )
-        in_goal = self._regions.region_at(truth.x_m, truth.y_m) == self._regions.goal
-        return meter.finish(outcome, in_goal=in_goal)
+        start = self._start(ticks[0].truth if ticks else truth)
+        in_goal = self.regions.region_at(truth.x_m, truth.y_m) == self.regions.goal
+        return measure_path(start, ticks, outcome, in_goal=in_goal if self.judged else None)
 
     def _since_last_placing(self, ticks: list[Tick]) -> list[Tick]:
-        """Return the ticks since the robot last arrived at the start."""
+        """Return the ticks since the robot last arrived at the start, or was carried."""
         began = 0
         for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):
-            if self._is_at_start(later) and not self._is_at_start(earlier):
+            one, other = earlier.truth, later.truth
+            carried = math.hypot(other.x_m - one.x_m, other.y_m - one.y_m) > _CARRIED_M
+            arrived = self._is_at_start(later) and not self._is_at_start(earlier)
+            if arrived or (carried and not self.starts):
                 began = number
         return ticks[began:]
 
     def _start(self, truth: Pose2) -> Pose2:
-        return self._starts[self._path % len(self._starts)] if self._starts else truth
+        return self.starts[self._path % len(self.starts)] if self.starts else truth
 
     def _is_at_start(self, tick: Tick) -> bool:
         start = self._start(tick.truth)

@@ -1,35 +1,43 @@
-"""Parameters of every node, from the options of a run and a parameter file."""
+"""Parameters of every node, from options, a parameter file, and external nodes."""
 
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.path_evaluator import Progress
+from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.starts import RunSeeds, random_starts
-from goalreach_learning.controller_config import ControllerConfig
-from goalreach_learning.mission import MissionConfig
+from goalreach_learning.behaviors import GOAL
+from goalreach_learning.controller_config import ControllerConfig, MissionConfig, RobotConfig
+from goalreach_learning.policy_file import find_policy
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
-from goalreach_msgs_py.parameter_file import NodeParameters
+from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.regions import RegionConfig
-from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, MONITOR, RECORDER, ROBOT
 from goalreach_msgs_py.values import Pose2
-from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.localizer_config import InputConfig, LocalizerConfig
 from goalreach_perception.state_estimator import StateEstimatorConfig
 from goalreach_sim.simulator_config import FaultParameters, SimulatorConfig, TimeConfig
 
+RESTARTED_NS: Final = 100_000_000
+"""Stamps that go back by more are those of a restarted clock. Chosen."""
+_STOP_AFTER_S: Final = 0.5
+"""Silence after which a robot of others is commanded to stand: the watchdog of ours. Chosen."""
 _ENDLESS_STARTS = 1000
+_STANDARD = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
+"""Beginnings of parameters that nodes have besides those of their configurations."""
 NODE_CONFIGS: dict[str, tuple[type[object], ...]] = {
-    ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
-    LOCALIZER: (LocalizerConfig,),
-    ESTIMATOR: (StateEstimatorConfig,),
-    CONTROLLER: (ControllerConfig, MissionConfig),
+    topics.ROBOT: (SimulatorConfig, TimeConfig, RegionConfig, FaultParameters),
+    topics.LOCALIZER: (LocalizerConfig, InputConfig),
+    topics.ESTIMATOR: (StateEstimatorConfig,),
+    topics.CONTROLLER: (ControllerConfig, RobotConfig, MissionConfig),
 }
 
 
@@ -71,40 +79,69 @@ def plan_parameters(
     """
     numbers = tuple(v for p in starts for v in (p.x_m, p.y_m, p.heading_rad))
     mission = _mission(options, numbers, policy_path, seeds, learning)
-    defaults = _defaults(options.noise, arena, mission, seeds)
+    defaults = _defaults(options, arena, mission, seeds)
     faults = flatten_config(FaultParameters())
     for node, values in user.items():
-        known = {**defaults[node], **(faults if node == ROBOT else {}), 'use_sim_time': True}
+        known = {**defaults[node], **(faults if node == topics.ROBOT else {})}
         for name, value in values.items():
-            if name not in known:
+            if name not in known and not name.startswith(_STANDARD):
                 raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
         defaults[node].update(values)
-    defaults[ROBOT].update(_given(clock=options.clock, speed=options.speed))
-    defaults[CONTROLLER].update(_given(mode=options.mode, learn=options.learn or None))
+    defaults[topics.ROBOT].update(_given(clock=options.clock, speed=options.speed))
+    learner = learning.learner if learning else None
+    given = _given(mode=options.mode, behaviors=options.behaviors, learn=options.learn or None)
+    defaults[topics.CONTROLLER].update(given | _given(learner=learner))
     _check(defaults)
-    monitor = MONITOR if defaults[ROBOT]['clock'] == 'lockstep' else ''
-    recorder = RECORDER if options.record else ''
-    consumers = (defaults[ROBOT]['consumers'], monitor, recorder)
-    defaults[ROBOT]['consumers'] = ','.join(filter(None, consumers))
+    defaults[topics.ROBOT]['sonar'] |= defaults[topics.CONTROLLER]['behaviors'] != GOAL
+    monitor = topics.MONITOR if defaults[topics.ROBOT]['clock'] == 'lockstep' else ''
+    recorder = topics.RECORDER if options.record else ''
+    consumers = (defaults[topics.ROBOT]['consumers'], monitor, recorder)
+    defaults[topics.ROBOT]['consumers'] = ','.join(filter(None, consumers))
     return defaults
 
 
+def standalone_parameters(options: RunOptions) -> NodeParameters:
+    """Return the parameters of nodes that no launcher waits for, judges or records.
+
+    Raises:
+        GoalreachError: An option, a file or a value is refused.
+    """
+    arena, seeds = choose_arena(options.arena), RunSeeds.spawn(options.seed)
+    name = options.policy or 'paper'
+    choose_policy(name, arena)  # refuses one of other regions
+    user = read_parameters(options.params_file, options.namespace)
+    parameters = plan_parameters(
+        options,
+        arena=arena,
+        starts=choose_starts(options, arena, seeds),
+        policy_path=str(find_policy(name).resolve()),
+        seeds=seeds,
+        user=user,
+    )
+    parameters[topics.CONTROLLER]['consumer'] = user[topics.CONTROLLER].get('consumer', '')
+    parameters[topics.ROBOT]['consumers'] = user[topics.ROBOT].get('consumers', '')
+    return parameters
+
+
 def _defaults(
-    noise_name: str, arena: Arena, mission: MissionConfig, seeds: RunSeeds
+    options: RunOptions, arena: Arena, mission: MissionConfig, seeds: RunSeeds
 ) -> NodeParameters:
     """Return the parameters of every node before the user's file and the options."""
-    noise = noise_preset(noise_name)
+    noise = noise_preset(options.noise)
     simulator = SimulatorConfig.for_arena(arena, noise)
-    robot = (
-        replace(simulator, start_pose=mission.starts[:3]),
-        TimeConfig(seed=seeds.simulator),
-        RegionConfig.for_map(arena.regions),
-    )
+    configs: dict[str, tuple[object, ...]] = {
+        topics.ROBOT: (
+            replace(simulator, start_pose=mission.starts[:3]),
+            TimeConfig(seed=seeds.simulator),
+            RegionConfig.for_map(arena.regions),
+        ),
+        topics.LOCALIZER: (LocalizerConfig.for_arena(arena, noise), InputConfig()),
+        topics.ESTIMATOR: (StateEstimatorConfig.for_arena(arena),),
+        topics.CONTROLLER: (ControllerConfig(), RobotConfig(), mission),
+    }
     return {
-        ROBOT: {k: v for config in robot for k, v in flatten_config(config).items()},
-        LOCALIZER: flatten_config(LocalizerConfig.for_arena(arena, noise)),
-        ESTIMATOR: flatten_config(StateEstimatorConfig.for_arena(arena)),
-        CONTROLLER: {**flatten_config(ControllerConfig()), **flatten_config(mission)},
+        node: {name: value for one in ones for name, value in flatten_config(one).items()}
+        for node, ones in configs.items()
     }
 
 
@@ -115,21 +152,16 @@ def _mission(
     seeds: RunSeeds,
     learning: LearningRun | None,
 ) -> MissionConfig:
-    mission = MissionConfig(
+    first = learning.first_path if learning else 0
+    paths = learning.remaining(options.paths, len(starts) // 3) if learning else options.paths
+    return MissionConfig(
         policy=policy_path,
+        policy_out=policy_path if learning else '',
         starts=starts,
-        paths=options.paths,
-        consumer=MONITOR,
+        first_path=first,
+        paths=first + paths,
+        consumer=topics.MONITOR,
         seed=seeds.controller,
-    )
-    if learning is None:
-        return mission
-    paths = learning.remaining(options.paths, len(starts) // 3)
-    return replace(
-        mission,
-        policy_out=policy_path,
-        first_path=learning.first_path,
-        paths=learning.first_path + paths,
     )
 
 
@@ -164,10 +196,86 @@ def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[s
         lockstep: Whether the graph may be ahead of the launcher.
     """
     controller = {'first_path': progress.path, 'resume': progress.placed}
-    changes: dict[str, dict[str, Any]] = {CONTROLLER: controller}
+    changes: dict[str, dict[str, Any]] = {topics.CONTROLLER: controller}
     if (truth := progress.truth) is not None:
-        changes[ROBOT] = {
+        changes[topics.ROBOT] = {
             'start_pose': (truth.x_m, truth.y_m, truth.heading_rad),
             'start_time_ns': progress.last_ns + (_AHEAD_NS if lockstep else 0),
         }
     return changes
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExternalNodes:
+    """What is known of the external nodes when a run begins.
+
+    Attributes:
+        names: The nodes of ours that others replace.
+        has_reset: Whether the robot has the services that place it.
+        has_truth: Whether the true pose is published.
+        only_drives: Whether a node of another name sends the commands: our controller then keeps
+            the paths, disconnected from the robot.
+    """
+
+    names: tuple[str, ...] = ()
+    has_reset: bool = True
+    has_truth: bool = True
+    only_drives: bool = False
+
+    @property
+    def started(self) -> tuple[str, ...]:
+        """The nodes that the launcher starts."""
+        return tuple(
+            name
+            for name in topics.NODES
+            if name not in self.names or (name == topics.CONTROLLER and self.only_drives)
+        )
+
+    def is_placed(self, placement_service: str) -> bool:
+        """Return whether our controller places the robot at the start poses."""
+        return self.has_reset and not placement_service
+
+    def parameters(
+        self, planned: NodeParameters, *, placement_service: str, drive: bool
+    ) -> NodeParameters:
+        """Return the parameters of the nodes.
+
+        Args:
+            planned: Parameters for a run with nodes of ours alone.
+            placement_service: Service that places the robot, or empty.
+            drive: Whether commands reach the robot.
+        """
+        changes: dict[str, Any] = {}
+        if not self.is_placed(placement_service):
+            changes = {'starts': (), 'placement_service': placement_service}
+        if topics.ROBOT in self.names and planned[topics.ROBOT]['clock'] == 'realtime':
+            changes['stop_after_s'] = planned[topics.CONTROLLER]['stop_after_s'] or _STOP_AFTER_S
+        if not drive:
+            changes['stamped_cmd_vel'] = True  # only people read it
+        robot = {**planned[topics.ROBOT]}
+        if self.only_drives and robot['clock'] == 'lockstep':  # the commands come from another
+            robot['consumers'] = ','.join(filter(None, (robot['consumers'], topics.CONTROLLER)))
+        controller = {**planned[topics.CONTROLLER], **changes}
+        return {**planned, topics.ROBOT: robot, topics.CONTROLLER: controller}
+
+    def remaps(self, *, drive: bool) -> tuple[str, ...]:
+        """Return the remapping rules of the nodes."""
+        if drive and not self.only_drives:
+            return ()
+        names = map(topics.relative_name, (topics.CMD_VEL, topics.DISCONNECTED_CMD_VEL))
+        return (f'{topics.CONTROLLER}:{":=".join(names)}',)
+
+    def lines(self, placement_service: str) -> list[str]:
+        """Return messages for the user before the robot moves."""
+        messages = [f'{name} (external) is there' for name in self.names]
+        if self.only_drives:
+            messages.append(f'another node drives; our {topics.CONTROLLER} keeps the paths')
+        if placement_service:
+            messages.append(f'{placement_service} places the robot for each path')
+        elif not self.has_reset:
+            messages.append(f'no {topics.RESET_SERVICE}: the robot drives from where it stands')
+        if not self.has_truth:
+            messages.append(
+                f'no {topics.GROUND_TRUTH}: paths that end in the goal are declared, not judged'
+            )
+        return messages

@@ -1,18 +1,29 @@
-"""What a run prints: log messages, a line per path, and a table at the end."""
+"""Output of a run on the terminal and on its page, and requests from the page."""
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY, dataclass, replace
 import logging
 import math
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+import sys
+from typing import Final
 
+from goalreach_bringup.launch.auxiliary_processes import PageProcess, RecorderProcess
+from goalreach_bringup.launch.options import RunOptions, parse_start
+from goalreach_bringup.launch.plan import choose_starts
+from goalreach_evaluation.choices import arena_names, choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from goalreach_evaluation.starts import RunSeeds
+from goalreach_learning.policy_file import policy_names
+from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.ros.process import StopRequest
 
 _LOGGER: Final = 'goalreach_bringup'
 _LOG: Final = logging.getLogger(__name__)
+_LEARNED: Final = 'learned'
+_BAD: Final = 'bold red'
+_STYLES: Final = {logging.WARNING: 'yellow', logging.ERROR: _BAD}
 
 
 class RunReport(logging.Handler):
@@ -27,8 +38,7 @@ class RunReport(logging.Handler):
     """
 
     def __init__(self, *, quiet: bool, total: int) -> None:
-        super().__init__()
-        self._quiet = quiet
+        super().__init__(logging.WARNING if quiet else logging.INFO)
         self._total = total
         self._done = 0
 
@@ -42,35 +52,28 @@ class RunReport(logging.Handler):
         logging.getLogger(_LOGGER).removeHandler(self)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print a log message."""
-        level = record.levelno
-        bad = 'yellow' if level == logging.WARNING else 'bold red'
-        style = '' if level < logging.WARNING else bad
-        self._print(record.getMessage(), style, stderr=bool(style))
+        """Print a log message; in colour on a terminal where it has a style."""
+        style = _STYLES.get(record.levelno, getattr(record, 'style', ''))
+        if not style:
+            print(record.getMessage(), flush=True)
+            return
+        from rich.console import Console  # slow to import
+
+        is_problem = record.levelno >= logging.WARNING
+        console = Console(stderr=is_problem, highlight=False, soft_wrap=True)
+        console.print(record.getMessage(), markup=False, style=style)
 
     def path(self, result: PathResult) -> None:
         """Print the result of a path."""
         self._done += 1
         start = result.start
-        self._print(
+        line = (
             f'path {self._number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
             f'{math.degrees(start.heading_rad):6.1f} deg  '
-            f'{result.outcome:<10} {result.duration_s:5.1f} s  {result.length_m:5.2f} m',
-            '' if result.outcome == 'goal' else 'bold red',
+            f'{result.outcome:<10} {result.duration_s:5.1f} s  {result.length_m:5.2f} m'
         )
-
-    def _print(self, line: str, style: str, *, stderr: bool = False) -> None:
-        """Print a line; in colour on a terminal where it has a style."""
-        if style:
-            self._console(stderr=stderr).print(line, markup=False, style=style)
-        elif not self._quiet:
-            print(line, flush=True)
-
-    def _console(self, *, stderr: bool = False) -> Console:
-        from rich.console import Console  # slow to import
-
-        quiet = self._quiet and not stderr
-        return Console(stderr=stderr, highlight=False, soft_wrap=True, quiet=quiet)
+        style = '' if result.outcome in ('goal', 'declared') else _BAD
+        _LOG.info(line, extra={'style': style})
 
     def unjudged(self) -> None:
         """Print that a path ended without being judged."""
@@ -85,7 +88,138 @@ class RunReport(logging.Handler):
         """Print the table at the end of a run."""
         from goalreach_evaluation.terminal import show_paths_table  # imports rich
 
-        out = self._console()
-        show_paths_table(
-            tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s, console=out
+        if self.level < logging.WARNING:
+            show_paths_table(tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
+
+
+@dataclass
+class RunRequests:
+    """Reports a run to the page, and serves the requests of the page.
+
+    Attributes:
+        page: The page.
+        options: Options of the run.
+        directory: Directory of the run.
+        stop: Ends the run.
+        ends: Whether the page has requested the end of the run.
+    """
+
+    page: PageProcess
+    options: RunOptions
+    _: KW_ONLY
+    directory: Path
+    stop: StopRequest
+    ends: bool = False
+    _next: RunOptions | None = None
+    _bags: int = 0
+
+    def __post_init__(self) -> None:
+        options = self.options
+        policy = options.policy or _LEARNED
+        self.page.report(
+            'begin',
+            arena=options.arena,
+            arenas=sorted({*arena_names(), options.arena}),
+            policy=policy,
+            policies=sorted({*policy_names(), policy, _LEARNED}),
+            seed=options.seed,
+            external=options.external,
         )
+        if options.record is not None:
+            self.page.report('record', on=True, bag=str(options.record))
+
+    def add_path(self, result: PathResult) -> None:
+        """Report a finished path to the page."""
+        start = result.start
+        self.page.report(
+            'path',
+            x_m=start.x_m,
+            y_m=start.y_m,
+            heading_deg=math.degrees(start.heading_rad),
+            outcome=result.outcome,
+            duration_s=result.duration_s,
+            length_m=result.length_m,
+        )
+
+    def end(self, reason: str) -> None:
+        """Report the end of the run to the page, and its reason."""
+        self.page.report('end', reason=reason)
+
+    def serve(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
+        """Serve the requests of the page; return the recorder, if one is recording.
+
+        Args:
+            recorder: The recorder so far.
+        """
+        for request in self.page.poll():
+            name, value = request['request'], request.get('value')
+            if name == 'stop':
+                self.ends = True
+            elif name == 'start':
+                self._next = self._checked(value)
+                self.ends = self.ends or self._next is not None
+            elif name == 'record' and (value is True) != (recorder is not None):
+                recorder = self._record(recorder)
+        return recorder
+
+    def _record(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
+        """Stop the recording, or start one in the folder of the logs."""
+        if recorder is not None:
+            _LOG.info(recorder.stop())
+            self.page.report('record', on=False)
+            return None
+        self._bags += 1
+        bag = self.directory / f'bag_{self._bags}'
+        self.page.report('record', on=True, bag=str(bag))
+        words = ['--storage', self.options.storage, '--use-sim-time']
+        words += ['--parameters', str(self.directory / 'parameters.yaml')]
+        return RecorderProcess(bag, words, self.directory)
+
+    def next_options(self) -> RunOptions | None:
+        """Keep the page after the run; return the options of the next run, or None to end.
+
+        The page is kept while a browser has it open, where a person is at the terminal or has
+        stopped the run from the page: a run in a script ends with its last path. Ctrl-C ends it.
+        """
+        present = sys.stdin.isatty() and sys.stdout.isatty()
+        if self.stop.requested or not (present or self.ends):
+            return None
+        while self._next is None:
+            request = self.page.keep(self.stop)
+            if request is None:
+                return None
+            if request['request'] == 'start':
+                self._next = self._checked(request.get('value'))
+        return self._next
+
+    def _checked(self, value: object) -> RunOptions | None:
+        """Return the options of a run that the page requests; refuse an invalid request."""
+        try:
+            return self._options_of(value)
+        except GoalreachError as error:
+            self.page.report('refused', reason=str(error))
+            return None
+
+    def _options_of(self, value: object) -> RunOptions:
+        if not isinstance(value, dict):
+            raise ConfigurationError('start', value, 'arena, policy, starts and paths')
+        paths = value.get('paths')
+        if type(paths) is not int or paths < 0:
+            raise ConfigurationError('paths', paths, 'a whole number >= 0')
+        starts, policy = str(value.get('starts')), str(value.get('policy'))
+        named = starts in ('paper', 'random')
+        options = replace(
+            self.options,
+            arena=str(value.get('arena')),
+            policy=None if policy == _LEARNED else policy,
+            starts=starts if named else 'paper',
+            start_poses=() if named else (parse_start(starts),),
+            paths=paths,
+            learn=False,
+            record=None,
+            summary=None,
+        )
+        arena = choose_arena(options.arena)
+        choose_starts(options, arena, RunSeeds.spawn(options.seed))
+        choose_policy(options.policy, arena, options.seed)
+        return options

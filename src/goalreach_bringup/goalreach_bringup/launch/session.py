@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 import logging
 import os
 from pathlib import Path
+import select
+import sys
 import time
 from typing import TYPE_CHECKING, Final
 
@@ -19,9 +20,14 @@ from goalreach_bringup.launch.environment import domain_lock, graph_environment,
 from goalreach_bringup.launch.graph import Graph
 from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
-from goalreach_bringup.launch.plan import choose_starts, plan_parameters, resume_parameters
-from goalreach_bringup.launch.report import RunReport
-from goalreach_bringup.launch.requests import RunRequests
+from goalreach_bringup.launch.path_evaluator import PathEvaluator
+from goalreach_bringup.launch.plan import (
+    ExternalNodes,
+    choose_starts,
+    plan_parameters,
+    resume_parameters,
+)
+from goalreach_bringup.launch.report import RunReport, RunRequests
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
 from goalreach_evaluation.starts import RunSeeds
@@ -30,10 +36,10 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network
+from goalreach_msgs_py.ros.dds_profile import open_to_network
 from goalreach_msgs_py.ros.node import early_participant, ros_session
 from goalreach_msgs_py.ros.process import StopRequest
-from goalreach_msgs_py.topics import CONTROLLER, MONITOR, NODES, ROBOT
+from goalreach_msgs_py.topics import CLOCK, CONTROLLER, MONITOR, NODES, ROBOT
 
 if TYPE_CHECKING:
     from goalreach_bringup.launch.ros.monitor import RunMonitor
@@ -69,6 +75,8 @@ class RunSession:
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
         self._requests: RunRequests | None = None
+        self._external = ExternalNodes()
+        self._waits_for_person = False
         self._sim_time_s = 0.0
 
     def execute(self) -> int:
@@ -82,12 +90,14 @@ class RunSession:
             require_writable(options.summary)
         if options.record:
             require_new_bag(options.record)
-        user = read_parameters(options.params_file, NODES) if options.params_file else {}
-        directory = make_run_directory()
-        policy_path = find_policy(options.policy or directory / 'policy.json')
+        user = read_parameters(options.params_file, options.namespace)
+        self._directory = make_run_directory()
+        policy_path = find_policy(options.policy or self._directory / 'policy.json')
         if options.learn:
-            trials = int(user.get(CONTROLLER, {}).get('learning.trials', 0))
-            self._learning = LearningRun.begin(policy_path, self._arena, trials=trials)
+            trials = int(user[CONTROLLER].get('learning.trials', 0))
+            self._learning = LearningRun.begin(
+                policy_path, self._arena, trials=trials, learner=options.learner
+            )
         self._report = RunReport(quiet=options.quiet, total=self._total_paths())
         with self._report:
             policy = self._policy(policy_path)
@@ -102,25 +112,27 @@ class RunSession:
                 user=user,
                 learning=self._learning,
             )
-            self._drive_and_report(directory, policy, parameters)
+            self._drive_and_report(policy, parameters)
             status = self._status(policy_path)
             if self._requests is not None:
                 self.next_options = self._requests.next_options()
             return status
 
-    def _drive_and_report(
-        self, directory: Path, policy: Policy, parameters: NodeParameters
-    ) -> None:
+    def _drive_and_report(self, policy: Policy, parameters: NodeParameters) -> None:
         options, clock = self._options, str(parameters[ROBOT]['clock'])
         if options.network:
             _LOG.warning(open_to_network())
-        _LOG.info('logs, policy and parameters: %s', directory)
+        _LOG.info('logs, policy and parameters: %s', self._directory)
         began_s = time.monotonic()
         mode = 'learning' if self._learning else str(parameters[CONTROLLER]['mode'])
         shows_page = bool(self.page) or is_page_wanted(requested=options.dashboard, clock=clock)
-        with domain_lock():
+        with domain_lock(options.namespace) as owns_clock:
+            # In lockstep each robot has a time of its own, and /clock can be that of one only.
+            self._clock = CLOCK if owns_clock else f'/{options.namespace}{CLOCK}'
+            rules = (f'__ns:=/{options.namespace}', f'{CLOCK}:={self._clock}')
+            self._remaps = options.remaps + (rules if options.namespace else ())
             try:
-                self._drive(directory, policy, parameters, shows_page=shows_page)
+                self._drive(policy, parameters, shows_page=shows_page)
             finally:
                 self._summarise(parameters, mode, time.monotonic() - began_s)
 
@@ -146,30 +158,25 @@ class RunSession:
             )
         return policy
 
-    def _drive(
-        self, directory: Path, policy: Policy, parameters: NodeParameters, *, shows_page: bool
-    ) -> None:
+    def _drive(self, policy: Policy, parameters: NodeParameters, *, shows_page: bool) -> None:
         """Bring the graph up and follow it to its end."""
-        options = self._options
-        environment = graph_environment(os.environ, directory)
-        os.environ.update(environment)
-        graph = Graph(
-            parameters=parameters,
-            directory=directory,
-            environment=environment,
-            composed=options.composed,
-            remaps=options.remaps,
-        )
+        os.environ.update(graph_environment(os.environ, self._directory))
         self._stop = StopRequest()
+        graph: Graph | None = None
         try:
             if shows_page:
-                self._open_page(directory, environment)
-            graph.start()
-            if options.record is not None:
-                words = ['--storage', options.storage, '--with-run', parameters[ROBOT]['clock']]
-                words += ['--parameters', str(graph.parameters_path)]
-                self._recorder = RecorderProcess(options.record, words, directory, environment)
-            self._follow(graph, policy, parameters)
+                self._open_page()
+            if not self._find_external():
+                return
+            graph = self._graph(parameters)
+            if ROBOT in self._external.names:
+                self._record(graph)
+                self._await_recorder()
+                graph.start()
+            else:
+                graph.start()
+                self._record(graph)
+            self._follow(graph, policy)
         finally:
             if self._recorder is not None:
                 _LOG.info(self._recorder.stop())
@@ -177,52 +184,118 @@ class RunSession:
                 stopped = self._stop.requested or self._requests.ends
                 interrupted = 'stopped' if stopped else 'an error'
                 self._requests.end('all paths driven' if self._complete() else interrupted)
-            graph.stop()
+            if graph is not None:
+                graph.stop()
 
-    def _open_page(self, directory: Path, environment: Mapping[str, str]) -> None:
-        """Show the page's link before the nodes start, and tell the page what begins."""
-        if self.page is None:
-            self.page = PageProcess(self._options.arena, directory, environment)
-        self._requests = RunRequests(
-            self.page,
-            self._options,
-            directory=directory,
-            environment=environment,
-            stop=self._stop,
+    def _record(self, graph: Graph) -> None:
+        """Start the recorder, where the run is recorded."""
+        options = self._options
+        if options.record is None:
+            return
+        words = ['--storage', options.storage, '--with-run', graph.parameters[ROBOT]['clock']]
+        words += ['--parameters', str(graph.parameters_path)]
+        if name := options.namespace:
+            words += ['--robot', name, '--clock-topic', self._clock]
+            words += ['--regex', f'^(/{name}/|{self._clock}$)']
+        self._recorder = RecorderProcess(options.record, words, self._directory)
+
+    def _await_recorder(self) -> None:
+        """Wait until the recorder receives all inputs that an external robot publishes."""
+        if (recorder := self._recorder) is None:
+            return
+        from goalreach_bringup.launch.ros.external import await_recorder
+
+        def is_over() -> bool:
+            recorder.poll(began=False)
+            return self._is_stopped()
+
+        await_recorder(self._remaps, is_over)
+
+    def _graph(self, parameters: NodeParameters) -> Graph:
+        options, external = self._options, self._external
+        drive, service = not options.no_drive, options.placement_service
+        return Graph(
+            parameters=external.parameters(parameters, placement_service=service, drive=drive),
+            directory=self._directory,
+            composed=options.composed,
+            remaps=(*self._remaps, *external.remaps(drive=drive)),
+            namespace=options.namespace,
+            nodes=external.started,
         )
 
-    def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
-        with ros_session(fast_dds_profile()):
+    def _find_external(self) -> bool:
+        """Wait for the external nodes; return whether they were found."""
+        options = self._options
+        if not options.external:
+            return True
+        from goalreach_bringup.launch.ros.external import find_external
+
+        names = tuple(name for name in NODES if name in options.external)
+        found = find_external(names, self._remaps, self._is_stopped)
+        if found is None:
+            return False
+        self._external = found
+        for line in found.lines(options.placement_service):
+            _LOG.info(line)
+        if not found.is_placed(options.placement_service):
+            self._starts = ()
+        return True
+
+    def _is_stopped(self) -> bool:
+        if self._requests is not None:
+            self._recorder = self._requests.serve(self._recorder)
+        return self._stop.requested or (self._requests is not None and self._requests.ends)
+
+    def _open_page(self) -> None:
+        """Print the link of the page before the nodes start, and report the run to it."""
+        options, directory = self._options, self._directory
+        if self.page is None:
+            self.page = PageProcess(options.arena, options.namespace, directory)
+        self._requests = RunRequests(self.page, options, directory=directory, stop=self._stop)
+
+    def _follow(self, graph: Graph, policy: Policy) -> None:
+        parameters = graph.parameters
+        with ros_session():
             with early_participant(MONITOR):  # discovered while these are imported
+                from goalreach_bringup.launch.ros.external import ExternalWatch, log_commands
                 from goalreach_bringup.launch.ros.monitor import RunMonitor
                 from goalreach_bringup.launch.ros.supervisor import follow
 
-                monitor = RunMonitor(
-                    starts=self._starts,
-                    policy=policy,
-                    mode=str(parameters[CONTROLLER]['mode']),
-                    on_path=self._on_path,
+                evaluator = PathEvaluator(
+                    self._starts,
+                    policy.regions,
                     first_path=self._learning.first_path if self._learning else 0,
-                    remaps=self._options.remaps,
+                    judged=self._external.has_truth,
                 )
+                mode = str(parameters[CONTROLLER]['mode'])
+                monitor = RunMonitor(evaluator, policy, mode, self._on_path, self._remaps)
+                watch = None
+                if self._external.names:
+                    stamped = bool(parameters[CONTROLLER]['stamped_cmd_vel'])
+                    watch = ExternalWatch(monitor, self._external, stamped=stamped)
+                if self._options.no_drive:
+                    log_commands(monitor)
             lockstep = parameters[ROBOT]['clock'] == 'lockstep'
             follow(
                 graph,
                 monitor,
-                finished=lambda: self._is_over(monitor) or self._stop.requested,
+                finished=lambda: self._is_over(monitor) or self._is_stopped(),
                 resume=lambda: resume_parameters(monitor.progress, lockstep=lockstep),
+                watch=watch,
             )
 
     def _is_over(self, monitor: RunMonitor) -> bool:
-        self._sim_time_s = monitor.progress.last_ns * 1e-9
+        began_ns = (monitor.began_ns or 0) if ROBOT in self._external.names else 0
+        self._sim_time_s = max(0, monitor.progress.last_ns - began_ns) * 1e-9
         while self._unjudged < monitor.unjudged:
             self._unjudged += 1
             self._report.unjudged()
-        if self._requests is not None:
-            self._recorder = self._requests.serve(self._recorder)
         if self._recorder is not None:
             self._recorder.poll(began=monitor.progress.last_ns > 0)
-        return self._complete() or (self._requests is not None and self._requests.ends)
+        if self._waits_for_person and sys.stdin.isatty() and select.select([0], [], [], 0)[0]:
+            sys.stdin.readline()
+            monitor.start_path()
+        return self._complete()
 
     def _complete(self) -> bool:
         total = self._total_paths()
@@ -236,6 +309,13 @@ class RunSession:
         if self._requests is not None:
             self._requests.add_path(result)
         self._report.path(result)
+        placed = bool(self._starts or self._options.placement_service)
+        self._waits_for_person = not (placed or self._complete())
+        if self._waits_for_person:
+            _LOG.info(
+                'place the robot for the next path, then press Enter, or call /%s/start',
+                MONITOR,
+            )
 
     def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
         sim_time_s = self._sim_time_s
@@ -257,5 +337,6 @@ class RunSession:
             _LOG.info(LearningRun.verdict(policy_path, self._arena))
             return 0
         failed = self._recorder is not None and self._recorder.failed
-        missed = self._options.paths and self._tally.goals != self._options.paths
+        reached = self._tally.goals + self._tally.declared
+        missed = self._options.paths and reached != self._options.paths
         return 1 if failed or missed else 0

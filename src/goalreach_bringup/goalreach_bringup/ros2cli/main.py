@@ -1,29 +1,29 @@
 """The `ros2` command line."""
 
 import argparse
+from collections.abc import Callable, Iterable, Sequence
 import importlib
+from importlib import resources
+import math
+from pathlib import Path
+import re
 import sys
-from typing import Final
+from typing import Any, Final
 
-from goalreach_bringup.ros2cli.arguments import TerminatedError
+import yaml
+
 from goalreach_msgs_py.errors import GoalreachError
 
-COMMANDS: Final = {
-    'interface': 'Show information about ROS interfaces',
-    'node': 'Various node related sub-commands',
-    'param': 'Various param related sub-commands',
-    'service': 'Various service related sub-commands',
-    'topic': 'Various topic related sub-commands',
-}
-"""Summary by command. The verbs are in the module `ros.<command>`."""
+_WORDS: Final = Path(str(resources.files('goalreach_bringup'))) / 'config' / 'ros2.yaml'
+_FUNCTIONS: Final = 'goalreach_bringup.ros2cli.ros'
+_NAME: Final = re.compile(r'(?:~/|/)?(?:[A-Za-z_{][\w{}]*/)*[A-Za-z_{][\w{}]*$', re.ASCII)
 
 _DIFFERENCES: Final = (
     'Differences from ros2cli 0.32: values that do not fit a field are refused, not converted; '
     'a parameter change that is refused ends with status 1; discovery ends as soon as the graph '
-    'has settled, without a daemon; hz takes one topic; the other commands are not there. '
+    'has settled, without a daemon; the other commands and options are not there. '
     'Statuses: 0, 1 with one line on stderr, 2 for an invalid command line.'
 )
-_TERMINATED: Final = 143
 
 
 def main(arguments: list[str]) -> int:
@@ -33,12 +33,12 @@ def main(arguments: list[str]) -> int:
         arguments: What follows `ros2`, such as `['topic', 'list']`.
 
     Returns:
-        The exit status: 0; 1 after one line on stderr; 143 after SIGTERM.
+        The exit status: 0; 1 after one line on stderr.
 
     Raises:
         BrokenPipeError: The reader of the output has gone.
-        KeyboardInterrupt: After Ctrl-C.
-        SystemExit: After `--help`, and with status 2 for an invalid command line.
+        SystemExit: After `--help`; with status 2 for an invalid command line, 130 after SIGINT,
+            143 after SIGTERM.
     """
     parser = make_parser(arguments)
     args = parser.parse_args(arguments)
@@ -46,18 +46,17 @@ def main(arguments: list[str]) -> int:
         parser.print_help()
         return 0
     try:
-        args.run(args)
+        module, _, name = args.run.partition('.')
+        getattr(importlib.import_module(f'{_FUNCTIONS}.{module}'), name)(args)
         sys.stdout.flush()
     except GoalreachError as error:
         print(error, file=sys.stderr)
         return 1
-    except TerminatedError:
-        return _TERMINATED
     return 0
 
 
 def make_parser(arguments: list[str]) -> argparse.ArgumentParser:
-    """Return the parser, with the verbs of the given command only: each imports ROS."""
+    """Return the parser, with the verbs of the given command only."""
     parser = argparse.ArgumentParser(
         prog='ros2',
         description='ros2 is an extensible command-line tool for ROS 2. This is the part of it '
@@ -65,9 +64,57 @@ def make_parser(arguments: list[str]) -> argparse.ArgumentParser:
         epilog=_DIFFERENCES,
     )
     commands = parser.add_subparsers(title='Commands', metavar='COMMAND')
-    for name, summary in COMMANDS.items():
-        command = commands.add_parser(name, help=summary, description=summary, epilog=_DIFFERENCES)
+    words = yaml.safe_load(_WORDS.read_text(encoding='utf-8'))
+    for name, command in words['commands'].items():
+        about = command['summary']
+        group = commands.add_parser(name, help=about, description=about, epilog=_DIFFERENCES)
         if name in arguments[:1]:
-            module = importlib.import_module(f'goalreach_bringup.ros2cli.ros.{name}')
-            module.add_verbs(command)
+            verbs = group.add_subparsers(title='Commands', metavar='VERB', required=True)
+            for verb, its in command['verbs'].items():
+                about = its['summary']
+                one = verbs.add_parser(verb, help=about, description=about)
+                _add(one, its.get('arguments', ()))
+                if 'exclusive' in its:
+                    _add(one.add_mutually_exclusive_group(), its['exclusive'])
+                _add(one, words['arguments'])
+                one.set_defaults(noun=name, run=its['run'])
     return parser
+
+
+def _add(parser: Any, rows: Iterable[Sequence[Any]]) -> None:  # noqa: ANN401 - or a group of one
+    """Add arguments to a parser or a group, as `ros2.yaml` describes them."""
+    for names, text, *more in rows:
+        settings = dict(more[0]) if more else {'action': 'store_true'} if names[0] == '-' else {}
+        if 'type' in settings:
+            settings['type'] = _TYPES[settings['type']]
+        parser.add_argument(*names.split(), help=text, **settings)
+
+
+def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], float]:
+    """Return a type of numbers that are finite and at least so much."""
+
+    def parse(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value < math.inf:
+            raise argparse.ArgumentTypeError(f'value must be a {wanted}')
+        return value
+
+    return parse
+
+
+def _ros_name(text: str) -> str:
+    if not _NAME.match(text):
+        raise argparse.ArgumentTypeError(f'{text!r} is not a name of ROS')
+    return text
+
+
+_TYPES: Final = {
+    'count': _number(int, 0, 'non-negative integer'),
+    'positive_count': _number(int, 1, 'positive integer'),
+    'positive': _number(float, math.ulp(0.0), 'positive number'),
+    'name': _ros_name,
+}
+"""Types of arguments by their names in `ros2.yaml`."""

@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
+from goalreach_bringup.launch.path_evaluator import PathEvaluator
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_evaluation.path_metrics import PathResult
 from goalreach_learning.policy import Policy
@@ -65,12 +66,9 @@ def test_it_listens_to_ends_once_it_hears_ticks_and_judges_what_it_hears(
     domain: int, path: int
 ) -> None:
     results: list[PathResult] = []
-    monitor = RunMonitor(
-        starts=[START],
-        policy=Policy.unlearned(RegionMap()),
-        mode='crisp',
-        on_path=results.append,
-    )
+    policy = Policy.unlearned(RegionMap())
+    evaluator = PathEvaluator([START], policy.regions)
+    monitor = RunMonitor(evaluator, policy, 'crisp', results.append)
     executor = SingleThreadedExecutor()
     executor.add_node(monitor)
     with graphs.onlooker(domain) as (node, serve_until):
@@ -83,7 +81,10 @@ def test_it_listens_to_ends_once_it_hears_ticks_and_judges_what_it_hears(
             matched = (truths, states) if not listening else (transitions,)
             return all(publisher.get_subscription_count() for publisher in matched)
 
-        assert serve_until(lambda: served(listening=0), 10.0)
+        # The end of the monitor of the test before may still be on its way.
+        assert serve_until(
+            lambda: served(listening=0) and not transitions.get_subscription_count(), 10.0
+        )
         truths.publish(odometry_to_raw(TRUTH, 40, frame_id=MAP_FRAME))
         executor.spin_once(timeout_sec=0.1)
         assert not transitions.get_subscription_count()

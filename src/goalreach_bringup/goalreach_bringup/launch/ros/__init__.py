@@ -1,1 +1,1 @@
-"""The parts of the launcher that take part in the graph."""
+"""The ROS nodes and node processes of the launcher."""

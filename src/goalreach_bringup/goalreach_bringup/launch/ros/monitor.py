@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+import math
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -9,22 +10,25 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 
-from goalreach_bringup.launch.path_evaluator import PathEvaluator, Progress, Tick
-from goalreach_evaluation.path_metrics import PathResult
+from goalreach_bringup.launch.graph import remap_arguments
+from goalreach_bringup.launch.path_evaluator import PathEvaluator, Progress
+from goalreach_bringup.launch.plan import RESTARTED_NS
+from goalreach_evaluation.path_metrics import PathResult, Tick
 from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
+from goalreach_msgs_py import topics
+from goalreach_msgs_py.alignment import InputAligner, interpolate_odometry
 from goalreach_msgs_py.diagnostic_messages import (
     q_table_from_raw,
     state_from_raw,
     transition_from_raw,
 )
-from goalreach_msgs_py.inputs import StampSynchronizer
 from goalreach_msgs_py.pose_messages import odometry_from_raw
 from goalreach_msgs_py.ros.acknowledgement import Acknowledger
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, LATCHED_QOS, steady_timer, subscribe_raw
-from goalreach_msgs_py.topics import GROUND_TRUTH, MONITOR, Q_TABLE, STATE, TRANSITION
-from goalreach_msgs_py.values import Confidence, Pose2
+from goalreach_msgs_py.values import Confidence, PathOutcome, Pose2
 
 _SILENCE_S = 1.0
 """An outcome whose tick is missing after this long without messages is judged without. Chosen."""
@@ -39,46 +43,52 @@ class RunMonitor(Node):
     """Follows truth, state and transitions and passes finished paths to the launcher.
 
     Publishes: acknowledgements of ticks (see `Acknowledger`).
+    Serves, where it has no starts: `~/start`, which begins the path that waits for a person.
     Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has received
     a whole tick, `/q_learning/transition`: the controller waits for that subscription before its
-    first path, so that no path is missed.
+    first path, so that no path is missed. Without a truth a tick is a state that is certain.
 
     Args:
-        starts: Start poses in the order driven.
-        policy: The policy of the controller, for its regions and the commanded heading.
+        evaluator: Evaluates the paths; has the start poses, and knows whether there is a truth.
+        policy: The policy of the controller, for the commanded heading.
         mode: Mode of the controller.
         on_path: Called with the result of each finished path.
-        first_path: Number of the first path.
         remaps: ROS 2 remapping rules of the graph.
+
+    Attributes:
+        began_ns: The first stamp of the robot's clock; None before.
     """
 
     def __init__(
         self,
-        *,
-        starts: Sequence[Pose2],
+        evaluator: PathEvaluator,
         policy: Policy,
         mode: str,
         on_path: Callable[[PathResult], None],
-        first_path: int = 0,
         remaps: Sequence[str] = (),
     ) -> None:
-        rules = [word for rule in remaps for word in ('--remap', rule)]
-        super().__init__(MONITOR, cli_args=['--ros-args', *rules] if rules else None)
+        super().__init__(topics.MONITOR, cli_args=remap_arguments(remaps))
         self._policy = policy
         self._mode = mode
         self._on_path = on_path
-        self._evaluator = PathEvaluator(starts, policy.regions, first_path=first_path)
-        self._last_truth: tuple[int, bytes] | None = None
+        self._evaluator = evaluator
+        self._last_truth: tuple[int, Pose2] | None = None
         self._received_s = time.monotonic()
-        self._inputs = StampSynchronizer([GROUND_TRUTH, STATE], depth=200)
-        for message_type, topic in ((Odometry, GROUND_TRUTH), (DiagnosticArray, STATE)):
-            subscribe_raw(self, message_type, topic, self._collector(topic), DEEP_QOS)
-        self._receives_transitions = False
-        self.create_subscription(
-            Float64MultiArray, Q_TABLE, self._on_q_table, LATCHED_QOS, raw=True
-        )
+        self.began_ns: int | None = None
+        self._newest_ns: dict[str, int] = {}
+        self._followers = {topics.GROUND_TRUTH: interpolate_odometry} if evaluator.judged else {}
+        self._inputs = self._aligner()
+        subscribe_raw(self, DiagnosticArray, topics.STATE, self._collector(topics.STATE), DEEP_QOS)
+        if evaluator.judged:
+            truth = topics.GROUND_TRUTH
+            subscribe_raw(self, Odometry, truth, self._collector(truth), DEEP_QOS)
+        name = topics.relative_name(topics.Q_TABLE)
+        self.create_subscription(Float64MultiArray, name, self._on_q_table, LATCHED_QOS, raw=True)
         self._acknowledger = Acknowledger(self, window_ticks=_WINDOW_TICKS)
         self._ticks = 0
+        if not evaluator.starts:
+            self._start = self.create_client(Trigger, f'{topics.CONTROLLER}/start')
+            self.create_service(Trigger, '~/start', self._on_start)
         steady_timer(self, _SILENCE_S, self._evaluate_pending)
 
     @property
@@ -87,46 +97,75 @@ class RunMonitor(Node):
         progress = self._evaluator.progress
         if self._last_truth is None:
             return progress
-        stamp_ns, raw = self._last_truth
+        stamp_ns, truth = self._last_truth
         if stamp_ns <= progress.last_ns:
             return progress
-        return replace(progress, last_ns=stamp_ns, truth=_truth(raw))
+        return replace(progress, last_ns=stamp_ns, truth=truth)
+
+    def start_path(self) -> None:
+        """Begin the path that waits until somebody has placed the robot."""
+        self._evaluator.begin_path()
+        self._start.call_async(Trigger.Request())
+
+    def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._start.service_is_ready()
+        if response.success:
+            self.start_path()
+        return response
 
     @property
     def unjudged(self) -> int:
         """Number of paths that ended and could not be judged."""
         return len(self._evaluator.unjudged)
 
+    def _aligner(self) -> InputAligner:
+        return InputAligner(topics.STATE, self._followers, wait_s=math.inf, depth=200)
+
+    def _note_stamp(self, topic: str, stamp_ns: int) -> None:
+        """Discard earlier inputs when the clock of an external robot restarts."""
+        newest_ns = self._newest_ns.get(topic, stamp_ns)
+        if self.began_ns is None or stamp_ns < newest_ns - RESTARTED_NS:
+            newest_ns = self.began_ns = stamp_ns
+            self._inputs = self._aligner()
+            self._evaluator.restart_clock()
+            self._last_truth = None
+        self._newest_ns[topic] = max(newest_ns, stamp_ns)
+
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
         def collect(stamp_ns: int, raw: bytes) -> None:
             self._received_s = time.monotonic()
-            if topic == GROUND_TRUTH:
-                self._last_truth = (stamp_ns, raw)
-            inputs = self._inputs.add(topic, stamp_ns, raw)
-            if inputs is not None:
-                self._subscribe_to_transitions()
+            self._note_stamp(topic, stamp_ns)
+            value: object = raw
+            if topic == topics.GROUND_TRUTH:
+                value = truth = odometry_from_raw(raw)
+                self._last_truth = (stamp_ns, truth.pose)
+            for tick_ns, inputs in self._inputs.add(topic, stamp_ns, value, self._received_s):
+                if self._ticks == 0:  # the ends of paths are received once their ticks are
+                    kind, name = DiagnosticArray, topics.TRANSITION
+                    subscribe_raw(self, kind, name, self._on_action, DEEP_QOS)
                 self._ticks += 1
                 if self._ticks % _ACKNOWLEDGED_TICKS == 0:
-                    self._acknowledger.acknowledge(stamp_ns)
-                self._on_tick(stamp_ns, inputs[GROUND_TRUTH], inputs[STATE])
+                    self._acknowledger.acknowledge(tick_ns)
+                judged = topics.GROUND_TRUTH in inputs
+                truth_pose = inputs[topics.GROUND_TRUTH].pose if judged else None
+                self._on_tick(tick_ns, truth_pose, inputs[topics.STATE])
 
         return collect
 
-    def _subscribe_to_transitions(self) -> None:
-        """Receive the ends of paths, now that their ticks are received."""
-        if not self._receives_transitions:
-            self._receives_transitions = True
-            subscribe_raw(self, DiagnosticArray, TRANSITION, self._on_action, DEEP_QOS)
-
-    def _on_tick(self, stamp_ns: int, truth: bytes, raw_state: bytes) -> None:
+    def _on_tick(self, stamp_ns: int, truth: Pose2 | None, raw_state: bytes) -> None:
         state = state_from_raw(raw_state)
         certain = state.confidence is Confidence.OK
+        if truth is None:
+            if not certain:
+                return
+            truth = state.pose
+            self._last_truth = (stamp_ns, truth)
         heading_rad = None
         if certain:
             heading_rad = blend_heading(self._mode, state.mu_x, state.mu_y, self._policy)
         tick = Tick(
             time_ns=stamp_ns,
-            truth=_truth(truth),
+            truth=truth,
             estimate=state.pose if certain else None,
             commanded_heading_rad=heading_rad,
         )
@@ -137,6 +176,8 @@ class RunMonitor(Node):
         transition = transition_from_raw(raw)
         if transition.outcome is None:
             return
+        if transition.outcome is PathOutcome.GOAL:
+            self._evaluator.move_goal(transition.next_state)
         for result in self._evaluator.add_outcome(stamp_ns, transition.path, transition.outcome):
             self._on_path(result)
 
@@ -156,7 +197,3 @@ class RunMonitor(Node):
         if not np.array_equal(q, self._policy.q):
             tried = (q != 0).astype(np.int64)
             self._policy = replace(self._policy, q=q, visits=tried)
-
-
-def _truth(raw: bytes) -> Pose2:
-    return odometry_from_raw(raw).pose

@@ -1,20 +1,13 @@
 """The processes of the nodes, and what the fork server imports for all of them."""
 
-from functools import partial
 import gc
 from importlib import import_module
+from itertools import takewhile
 from pkgutil import resolve_name
 import sys
-from typing import Any
 
-from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
+from goalreach_bringup.launch.child_process import NODE_CLASSES
 
-_CLASSES = {
-    ROBOT: 'goalreach_sim.nomad200_node:Nomad200Node',
-    LOCALIZER: 'goalreach_perception.landmark_localizer_node:LandmarkLocalizerNode',
-    ESTIMATOR: 'goalreach_perception.state_estimator_node:StateEstimatorNode',
-    CONTROLLER: 'goalreach_learning.goal_reaching_controller_node:GoalReachingControllerNode',
-}
 _SHARED = ('cv2', 'goalreach_msgs_py.ros.node')
 """Large modules that more than one node imports: OpenCV shared by two saves 8 MB."""
 
@@ -42,17 +35,12 @@ def _preload() -> None:
     gc.freeze()  # collections in forked processes leave the shared pages alone
 
 
-def _make(name: str) -> Any:
-    return resolve_name(_CLASSES[name])()
-
-
 _preload()
 
 
 def main() -> None:
-    """Run the node that the process is named after, or all in one, until Ctrl-C or SIGTERM."""
+    """Run the nodes that the command line names, until Ctrl-C or SIGTERM."""
     from goalreach_msgs_py.ros.node import run_nodes
 
-    name = sys.argv[0]
-    names = (name,) if name in NODES else NODES
-    raise SystemExit(run_nodes(name, [partial(_make, node) for node in names]))
+    names = takewhile(lambda word: word != '--ros-args', sys.argv[1:])
+    raise SystemExit(run_nodes(sys.argv[0], [resolve_name(NODE_CLASSES[node]) for node in names]))

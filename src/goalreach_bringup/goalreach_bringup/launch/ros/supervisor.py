@@ -1,6 +1,6 @@
 """Follows a running graph: the launcher's node, and a liveness probe of each process."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 import logging
 import time
 from typing import Any, Final
@@ -12,8 +12,9 @@ from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
 
 from goalreach_bringup.launch.graph import SILENCE_LIMIT_S, Graph
+from goalreach_bringup.launch.ros.external import ExternalWatch
 from goalreach_msgs_py.ros.process import PeriodicGc
-from goalreach_msgs_py.topics import NODES, ROBOT
+from goalreach_msgs_py.topics import CONTROLLER, NODES
 
 _LOG: Final = logging.getLogger(__name__)
 _PERIOD_S = 1.0
@@ -63,6 +64,7 @@ def follow(
     monitor: Node,
     finished: Callable[[], bool],
     resume: Callable[[], Mapping[str, dict[str, Any]]],
+    watch: ExternalWatch | None = None,
 ) -> None:
     """Serve the launcher's node and supervise the processes until the work is finished.
 
@@ -71,29 +73,49 @@ def follow(
         monitor: The launcher's own node.
         finished: Returns whether the work is finished.
         resume: Returns the parameters that make a restarted process continue, by node.
+        watch: Follows the external nodes.
 
     Raises:
         NodeDiedError: A process could not be kept alive.
     """
-    nodes = {name: name if name in NODES else ROBOT for name in graph.processes}
+    nodes = {name: name if name in NODES else graph.nodes[0] for name in graph.processes}
     probes = {name: LivenessProbe(monitor, node) for name, node in nodes.items()}
-    missing = set(NODES)
+    missing = set(graph.nodes)
     executor = EventsExecutor()
     executor.add_node(monitor)
     garbage = PeriodicGc(time.monotonic())
     try:
         while rclpy.ok() and not finished():
             now_s = _serve(executor)
-            arrived = missing.intersection(monitor.get_node_names() if missing else ())
-            missing -= arrived
-            for name in sorted(arrived):
-                _LOG.info('%s is up (%.1f s)', name, now_s - graph.started_s)
+            missing -= _log_arrived(graph, monitor, missing, now_s)
             garbage.collect_if_due(now_s)
+            if watch is not None and watch.poll(now_s, drives=not graph.is_down(CONTROLLER)):
+                _restart(graph, probes.values(), resume())
+                continue
             for name, probe in probes.items():
                 if graph.supervise(name, now_s, probe.silent, resume):
                     probe.restart(time.monotonic())
     finally:
         executor.shutdown()
+
+
+def _restart(
+    graph: Graph, probes: Iterable[LivenessProbe], changes: Mapping[str, dict[str, Any]]
+) -> None:
+    """Restart our nodes, which refuse what is older than what they have received."""
+    _LOG.info('the clock of the robot has restarted: restarting the nodes')
+    graph.restart(changes)
+    for probe in probes:
+        probe.restart(time.monotonic())
+
+
+def _log_arrived(graph: Graph, monitor: Node, missing: set[str], now_s: float) -> set[str]:
+    """Return which of the missing nodes have come up, and log them."""
+    found = monitor.get_node_names_and_namespaces() if missing else ()
+    arrived = {n for n, space in found if space == monitor.get_namespace()} & missing
+    for name in sorted(arrived):
+        _LOG.info('%s is up (%.1f s)', name, now_s - graph.started_s)
+    return arrived
 
 
 def _serve(executor: Executor) -> float:

@@ -4,22 +4,18 @@ import argparse
 from collections.abc import Callable
 from contextlib import ExitStack
 import os
-import signal
 import time
-from types import FrameType
 from typing import Any, Final
 
 import rclpy
-from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
-from goalreach_bringup.ros2cli.arguments import TerminatedError, add
-from goalreach_bringup.ros2cli.participants_file import count_local_participants
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.ros.acknowledgement import participant_of
-from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE, use_profile
+from goalreach_msgs_py.ros.dds_profile import DISCOVERY_PROFILE, count_local_participants
+from goalreach_msgs_py.ros.node import ros_session
+from goalreach_msgs_py.ros.process import StopRequest
 
 _STEP_S: Final = 0.05
 """Longest sleep of the executor; chosen: much less than discovery, much more than a callback."""
@@ -28,37 +24,8 @@ _SETTLED_S: Final = 0.3
 """The graph must not have changed for so long. Chosen: some times what the endpoints of a
 participant need to follow it."""
 
-_DISCOVERY_S: Final = 5.0
-"""Longest wait for the graph. Chosen: DDS repeats an announcement that was lost after 3 s, and the
-endpoints follow it."""
-
 _UNKNOWN_NODE: Final = '_NODE_NAME_UNKNOWN_'
 """Name in the graph of a node whose endpoint is known before its name."""
-
-
-def add_verb(
-    verbs: Any, name: str, text: str, run: Callable[[argparse.Namespace], None], *rows: Any
-) -> argparse.ArgumentParser:
-    """Add a verb that looks at the graph, with the options of ros2cli about discovery and time.
-
-    Args:
-        verbs: The sub-parsers of the command.
-        name: The verb.
-        text: Its help.
-        run: What it runs.
-        rows: Its own arguments, as for `add`.
-    """
-    verb: argparse.ArgumentParser = verbs.add_parser(name, help=text, description=text)
-    wait = 'longest wait for discovery; it ends when the graph has settled (default: %(default)s)'
-    add(
-        verb,
-        *rows,
-        ('--spin-time', wait, {'type': float, 'metavar': 'S', 'default': _DISCOVERY_S}),
-        ('-s --use-sim-time', 'Enable ROS simulation time'),
-        ('--no-daemon', 'accepted for ros2cli; there is never a daemon'),
-    )
-    verb.set_defaults(run=run)
-    return verb
 
 
 class Session(ExitStack):
@@ -68,55 +35,38 @@ class Session(ExitStack):
     error.
 
     Args:
-        args: The parsed options of `add_verb`.
-        node_name: Name of the node; hidden and unique if None.
+        args: The parsed options.
 
     Attributes:
         spin_time_s: Time allowed for discovery.
     """
 
-    def __init__(self, args: argparse.Namespace, node_name: str | None = None) -> None:
+    def __init__(self, args: argparse.Namespace) -> None:
         super().__init__()
         self.spin_time_s: float = args.spin_time
-        self._signal: int | None = None
-        use_profile(DISCOVERY_PROFILE)
-        # A log file for every command would only fill the disk.
-        rclpy.init(
-            args=['--ros-args', '--disable-external-lib-logs'],
-            signal_handler_options=SignalHandlerOptions.NO,
+        # A writer opens the shared memory of a reader that has stopped again for each message.
+        os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+        self.enter_context(ros_session(profile=DISCOVERY_PROFILE))
+        self._stop = StopRequest()
+        self.node: Any = rclpy.create_node(
+            f'_ros2cli_{os.getpid()}',
+            start_parameter_services=False,
+            parameter_overrides=[Parameter('use_sim_time', value=args.use_sim_time)],
         )
-        self.callback(rclpy.try_shutdown)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self.callback(signal.signal, number, signal.signal(number, self._on_signal))
-        try:
-            self.node: Any = rclpy.create_node(
-                node_name or f'_ros2cli_{os.getpid()}',
-                start_parameter_services=False,
-                parameter_overrides=[Parameter('use_sim_time', value=args.use_sim_time)],
-            )
-        except NameValidationException as error:
-            raise CommandError(str(error).splitlines()[0]) from None
         self.callback(self.node.destroy_node)
         self._executor: Any = SingleThreadedExecutor()
         self.callback(self._executor.shutdown, timeout_sec=0)
         self._executor.add_node(self.node)
 
-    def _on_signal(self, number: int, _: FrameType | None) -> None:
-        """Store the signal; a second one interrupts at once."""
-        if self._signal is not None:
-            raise KeyboardInterrupt
-        self._signal = number
-
-    def spin_once(self, timeout_s: float = _STEP_S) -> None:
+    def spin_once(self) -> None:
         """Run what is ready, or wait for it.
 
         Raises:
-            KeyboardInterrupt: SIGINT was received.
-            TerminatedError: SIGTERM was received.
+            SystemExit: SIGINT or SIGTERM was received.
         """
-        self._executor.spin_once(timeout_sec=timeout_s)
-        if self._signal is not None:
-            raise KeyboardInterrupt if self._signal == signal.SIGINT else TerminatedError
+        self._executor.spin_once(timeout_sec=_STEP_S)
+        if self._stop.requested:
+            raise SystemExit(128 + self._stop.signal)
 
     def spin_until(self, condition: Callable[[], bool], timeout_s: float | None = None) -> bool:
         """Run callbacks until the condition holds; return whether it does.
@@ -132,16 +82,16 @@ class Session(ExitStack):
             self.spin_once()
         return True
 
-    def result(self, future: Any, timeout_s: float | None, refusal: str) -> Any:
-        """Return the result of a future.
+    def result(self, future: Any, timeout_s: float | None = None) -> Any:
+        """Return the answer of a service.
 
         Raises:
-            CommandError: It failed or timed out; the message is the refusal.
+            CommandError: The call failed or timed out.
         """
         if not self.spin_until(future.done, timeout_s):
-            raise CommandError(refusal)
+            raise CommandError('Exception while calling service of node: no answer')
         if future.exception() is not None:
-            raise CommandError(f'{refusal}: {future.exception()}')
+            raise CommandError(f'Exception while calling service of node: {future.exception()}')
         return future.result()
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:

@@ -1,0 +1,1 @@
+"""Checks of an external robot: its messages, services and motions."""

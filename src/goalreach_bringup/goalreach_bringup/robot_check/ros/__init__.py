@@ -1,0 +1,1 @@
+"""Listening to a robot, and moving it."""

@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+
+from goalreach_bringup.cli import main
+from goalreach_msgs_py.arena_file import read_arena
+
+
+def answer(monkeypatch: pytest.MonkeyPatch, path: Path, *lines: str) -> int:
+    monkeypatch.setattr('sys.stdin', io.StringIO(''.join(f'{line}\n' for line in lines)))
+    return main(['new-arena', '--out', str(path)])
+
+
+def test_empty_answers_make_a_room_with_six_tags_and_a_drawing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / 'room.yaml'
+    assert answer(monkeypatch, path, '4', '', '', '') == 0
+    arena = read_arena(path)
+    assert (arena.name, arena.width_m, arena.length_m) == ('room', 4.0, 3.0)
+    assert [tag.id for tag in arena.tags] == [0, 1, 2, 3, 4, 5]
+    assert path.with_suffix('.svg').read_text().startswith('<?xml')
+    assert main(['tags', '--arena', str(path), '--out', str(tmp_path / 'tags.pdf')]) == 0
+    assert (tmp_path / 'tags.pdf').read_bytes().startswith(b'%PDF')
+    assert str(path) in capsys.readouterr().out
+
+
+def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    leds = ['0.5 0 1.4', '1.5, 0.3, 1.8', '2.5 0 1.6']
+    lines = ['three', '3', '4', *leds, '1 2', '7 0.2 1 0 1.3 90', '', 'RIGHT-SIDE/NEAR']
+    assert answer(monkeypatch, tmp_path / 'room.yaml', *lines) == 0
+    arena = read_arena(tmp_path / 'room.yaml')
+    assert arena.landmarks_m == ((0.5, 0.0, 1.4), (1.5, 0.3, 1.8), (2.5, 0.0, 1.6))
+    assert [(tag.id, tag.size_m) for tag in arena.tags] == [(7, 0.2)]
+    assert arena.regions.goal == (2, 0)
+    told = capsys.readouterr().out
+    assert 'not understood: three' in told
+    assert 'not understood: 1 2' in told
+
+
+@pytest.mark.parametrize(
+    ('lines', 'reason'),
+    [
+        (('3',), 'no answer: length of the room, m'),
+        (('3', '4', '', 'NOWHERE'), 'regions.goal'),
+        (('3', '4', '0 0.2 9 0 1.3 90', '', ''), r'tags[0]'),
+        (('nan', '4', '', ''), 'width_m'),
+    ],
+)
+def test_answers_that_make_no_arena_get_one_line_and_leave_no_file(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    lines: tuple[str, ...],
+    reason: str,
+) -> None:
+    assert answer(monkeypatch, tmp_path / 'room.yaml', *lines) == 2
+    assert reason in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_arena_that_is_there_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / 'room.yaml').write_text('mine')
+    assert answer(monkeypatch, tmp_path / 'room.yaml', '', '', '', '') == 2
+    assert (tmp_path / 'room.yaml').read_text() == 'mine'
+
+
+def test_an_arena_without_tags_has_no_pages(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(['tags', '--out', str(tmp_path / 'tags.pdf')]) == 2
+    assert "--arena = 'paper': must be one with tags" in capsys.readouterr().err

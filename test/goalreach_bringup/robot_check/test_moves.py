@@ -1,0 +1,67 @@
+"""A square fits where the robot stands, or is refused; and it is driven."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+
+from goalreach_bringup.robot_check.moves import SquareDrive, plan_square
+from goalreach_learning.controller_config import ControllerConfig
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.obstacles import Obstacle
+from goalreach_msgs_py.values import Pose2
+
+RADIUS_M = 0.225
+DT_S = 0.04
+
+
+def drive(start: Pose2, turns_rad: tuple[float, float], side_m: float) -> list[Pose2]:
+    """Return the poses of a robot that follows commands at once."""
+    config = ControllerConfig(cruise_speed_m_per_s=0.3, steering_limit_rad_per_s=0.5)
+    square, path = SquareDrive(start, turns_rad, side_m, config), [start]
+    while (command := square.command(at := path[-1])) is not None:
+        assert len(path) < 5000
+        heading = at.heading_rad + DT_S * command.steering_rad_per_s
+        step_m = DT_S * command.linear_m_per_s
+        x_m, y_m = at.x_m + step_m * math.cos(heading), at.y_m + step_m * math.sin(heading)
+        path.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading))
+    return path
+
+
+@pytest.mark.parametrize('heading_deg', [-90.0, 0.0, 77.0, 180.0])
+@pytest.mark.parametrize(('x_m', 'y_m'), [(0.45, 0.45), (1.778, 2.5), (3.1, 4.6)])
+def test_a_square_stays_inside_and_ends_where_it_began(
+    x_m: float, y_m: float, heading_deg: float
+) -> None:
+    start = Pose2(x_m=x_m, y_m=y_m, heading_rad=math.radians(heading_deg))
+    path = drive(start, plan_square(Arena(), start, 1.0, RADIUS_M), 1.0)
+    assert all(Arena().is_free(p.x_m, p.y_m) for p in path)
+    end = path[-1]
+    assert math.hypot(end.x_m - x_m, end.y_m - y_m) < 0.1
+    assert math.cos(end.heading_rad - start.heading_rad) > math.cos(0.05)
+    length_m = sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in itertools.pairwise(path))
+    assert length_m == pytest.approx(4.0, abs=0.15)
+
+
+def test_the_least_turn_comes_first() -> None:
+    start = Pose2(x_m=1.778, y_m=3.0, heading_rad=-math.pi / 2)
+    assert plan_square(Arena(), start, 1.0, RADIUS_M) == (0.0, math.pi / 2)
+    right = Pose2(x_m=3.0, y_m=3.0, heading_rad=-math.pi / 2)
+    assert plan_square(Arena(), right, 1.0, RADIUS_M) == (0.0, -math.pi / 2)
+
+
+def test_a_square_that_fits_nowhere_is_refused() -> None:
+    start = Pose2(x_m=1.778, y_m=2.5, heading_rad=0.0)
+    with pytest.raises(ConfigurationError, match=r'--side = 3\.0: must be smaller'):
+        plan_square(Arena(), start, 3.0, RADIUS_M)
+    full = Arena(
+        obstacles=tuple(
+            Obstacle(x_m=1.778 + 0.7 * a, y_m=2.5 + 0.7 * b, radius_m=0.2)
+            for a, b in ((0, 1), (1, 0), (0, -1), (-1, 0))
+        )
+    )
+    with pytest.raises(ConfigurationError, match='none fits at'):
+        plan_square(full, start, 1.0, RADIUS_M)

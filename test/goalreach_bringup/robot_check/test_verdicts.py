@@ -1,0 +1,371 @@
+"""Sound robots of six kinds, and a table of faults, each planted in what one of them sends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+import math
+import struct
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from goalreach_bringup.robot_check.moves import DRIVE, TURN, TURN_RAD, Measurement, judge_motion
+from goalreach_bringup.robot_check.verdicts import End, HeardRobot, Verdict, can_drive, judge
+from goalreach_learning.controller_config import RobotConfig
+from goalreach_msgs_py.camera import PinholeCamera
+from goalreach_msgs_py.cdr import CdrWriter
+from goalreach_msgs_py.image_messages import compressed_image_to_raw, image_to_raw
+from goalreach_msgs_py.pose_messages import odometry_to_raw
+from goalreach_msgs_py.sensor_messages import bumpers_to_raw, camera_to_raw, head_to_raw
+from goalreach_msgs_py.topics import (
+    BUMPERS,
+    CAMERA_INFO,
+    CMD_VEL,
+    COMPRESSED_IMAGE,
+    GROUND_TRUTH,
+    HEAD_COMMAND,
+    HEAD_JOINTS,
+    IMAGE,
+    JOINT_STATES,
+    ODOM,
+    PAUSE_SERVICE,
+    RESET_SERVICE,
+)
+from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
+from goalreach_perception.localizer_config import InputConfig
+
+NOW_S = 1_700_000_000.0
+TICKS = 125
+SIZE = (40, 30)
+CAMERA = PinholeCamera.from_field_of_view(width_px=40, height_px=30, horizontal_fov_rad=1.05)
+LEVEL = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=-0.05)
+ORIGIN = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+TWIST, STAMPED = 'geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped'
+WRONG, WARN = 'wrong', 'warn'
+
+
+def picture(stamp_ns: int, encoding: str = 'mono8', channels: int = 1) -> bytes:
+    width, height = SIZE
+    writer = CdrWriter(stamp_ns, 'camera')
+    writer.numbers('2I', height, width)
+    writer.text(encoding)
+    writer.zeros('B')
+    writer.numbers('2I', width * channels, width * height * channels)
+    pixels = np.random.default_rng(stamp_ns).integers(0, 99, width * height * channels, np.uint8)
+    return writer.raw(pixels.tobytes())
+
+
+def jpeg(stamp_ns: int) -> bytes:
+    pixels = np.random.default_rng(stamp_ns).integers(0, 99, SIZE[::-1], np.uint8)
+    return compressed_image_to_raw(cv2.imencode('.jpg', pixels)[1].tobytes(), stamp_ns)
+
+
+def soon(time_s: float) -> float:
+    return time_s + 0.01
+
+
+def unchanged(raw: bytes) -> bytes:
+    return raw
+
+
+@dataclass
+class Robot:
+    """A sound robot that stands; a test changes one thing of what it sends."""
+
+    inputs: InputConfig = field(default_factory=InputConfig)
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    image: Callable[[int], bytes] = picture
+    camera: PinholeCamera = CAMERA
+    head: HeadAngles = LEVEL
+    joints: tuple[str, ...] = HEAD_JOINTS
+    pose: Pose2 = ORIGIN
+    pressed: tuple[bool, ...] = (False,) * 20
+    stamps: dict[str, Callable[[float], float]] = field(default_factory=dict)
+    arrivals: dict[str, Callable[[float], float]] = field(default_factory=dict)
+    raw: dict[str, Callable[[bytes], bytes]] = field(default_factory=dict)
+    ticks: dict[str, range] = field(default_factory=dict)
+    publishers: dict[str, tuple[End, ...]] = field(default_factory=dict)
+    drive: tuple[End, ...] = (End(node='base', kind=STAMPED),)
+    listens_to_head: bool = True
+    drivers: tuple[End, ...] = ()
+    topics: frozenset[str] = frozenset({GROUND_TRUTH})
+    services: frozenset[str] = frozenset({RESET_SERVICE, PAUSE_SERVICE})
+
+    def verdicts(self) -> list[Verdict]:
+        heard = HeardRobot(self.inputs, self.robot)
+        for topic, one in heard.inputs.items():
+            one.publishers = self.publishers.get(topic, (End(node='driver', kind=one.kind),))
+            for tick in self.ticks.get(topic, range(TICKS)) if one.publishers else ():
+                time_s = NOW_S + 0.04 * tick
+                stamp_ns = round(self.stamps.get(topic, float)(time_s) * 1e9)
+                change = self.raw.get(topic, unchanged)
+                raw = change(self.message(topic, stamp_ns))
+                one.add(self.arrivals.get(topic, soon)(time_s), raw)
+        heard.outputs[CMD_VEL].subscribers = self.drive
+        heard.outputs[CMD_VEL].publishers = self.drivers
+        if HEAD_COMMAND in heard.outputs and self.listens_to_head:
+            ends = (End(node='head', kind='sensor_msgs/msg/JointState'),)
+            heard.outputs[HEAD_COMMAND].subscribers = ends
+        heard.topics, heard.services = self.topics, self.services
+        return judge(heard)
+
+    def message(self, topic: str, stamp_ns: int) -> bytes:
+        if topic in (IMAGE, COMPRESSED_IMAGE):
+            return self.image(stamp_ns)
+        standing = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
+        makers: dict[str, Callable[[], bytes]] = {
+            CAMERA_INFO: lambda: camera_to_raw(self.camera, stamp_ns),
+            ODOM: lambda: odometry_to_raw(
+                Odometry(pose=self.pose, twist=standing), stamp_ns, frame_id='odom'
+            ),
+            JOINT_STATES: lambda: head_to_raw(self.head, stamp_ns, joints=self.joints),
+            BUMPERS: lambda: bumpers_to_raw(
+                self.pressed, stamp_ns, body_radius_m=0.2, scan_time_s=0.04
+            ),
+        }
+        return makers[topic]()
+
+
+def simulated(time_s: float) -> float:
+    return time_s - NOW_S + 5.0
+
+
+SOUND = {
+    'nomad200': Robot(),
+    'webcam on a twist base, no bumpers': Robot(
+        inputs=InputConfig(head='none', image_transport='compressed'),
+        robot=RobotConfig(stamped_cmd_vel=False, bumpers='optional'),
+        image=jpeg,
+        drive=(End(node='turtlebot', kind=TWIST),),
+        publishers={BUMPERS: ()},
+        listens_to_head=False,
+        topics=frozenset(),
+        services=frozenset(),
+    ),
+    'pan and tilt, colour, own clocks and rates': Robot(
+        inputs=InputConfig(head='pan_tilt'),
+        image=lambda ns: picture(ns, 'bgr8', 3),
+        stamps={ODOM: lambda s: s - 0.007, JOINT_STATES: lambda s: s + 0.005},
+        ticks={JOINT_STATES: range(0, TICKS, 2)},
+    ),
+    'simulated clock': Robot(
+        stamps=dict.fromkeys((IMAGE, CAMERA_INFO, ODOM, JOINT_STATES, BUMPERS), simulated)
+    ),
+    'fisheye, calibration once': Robot(
+        camera=replace(
+            CAMERA, fx_px=12.0, fy_px=12.0, distortion=(0.01, 0.0, 0.0, 0.0),
+            distortion_model='equidistant',
+        ),
+        ticks={CAMERA_INFO: range(1)},
+    ),
+    'pan only, 8 Hz': Robot(
+        inputs=InputConfig(head='pan'), ticks={IMAGE: range(0, TICKS, 3)}
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize('robot', SOUND.values(), ids=SOUND)
+def test_a_sound_robot_has_no_fault(robot: Robot) -> None:
+    verdicts = robot.verdicts()
+    assert [v for v in verdicts if v.level not in ('ok', 'note')] == []
+    assert can_drive(verdicts)
+
+
+def two(kind: str) -> tuple[End, ...]:
+    return tuple(End(node=name, kind=kind) for name in ('one', 'other'))
+
+
+def lens(**changes: Any) -> PinholeCamera:  # noqa: ANN401 - fields of any type
+    return replace(CAMERA, **changes)
+
+
+def replaced(old: bytes, new: bytes) -> Callable[[bytes], bytes]:
+    return lambda raw: raw.replace(old, new)
+
+
+def number(value: float) -> bytes:
+    return struct.pack('<d', value)
+
+
+def frozen(stamp_ns: int) -> bytes:
+    return image_to_raw((np.arange(1200) % 200).reshape(30, 40).astype(np.uint8), stamp_ns)
+
+
+FAULTS: dict[str, tuple[Robot, str, str, str]] = {
+    'no camera': (Robot(publishers={IMAGE: ()}), IMAGE, WRONG, 'nobody publishes it'),
+    'only compressed images': (
+        Robot(publishers={IMAGE: ()}, topics=frozenset({COMPRESSED_IMAGE})),
+        IMAGE, WRONG, 'image_transport: compressed',
+    ),
+    'only raw images': (
+        Robot(
+            inputs=InputConfig(image_transport='compressed'),
+            publishers={COMPRESSED_IMAGE: ()},
+            topics=frozenset({IMAGE}),
+        ),
+        COMPRESSED_IMAGE, WRONG, 'image_transport: raw',
+    ),
+    'advertised, silent': (Robot(ticks={ODOM: range(0)}), ODOM, WRONG, 'nothing comes'),
+    'another type': (
+        Robot(publishers={ODOM: (End(node='base', kind='geometry_msgs/msg/PoseStamped'),)}),
+        ODOM, WRONG, 'send nav_msgs/msg/Odometry',
+    ),
+    'two publishers': (
+        Robot(publishers={IMAGE: two('sensor_msgs/msg/Image')}), IMAGE, WRONG, 'one and other',
+    ),
+    'unknown encoding': (
+        Robot(image=lambda ns: picture(ns, 'h264')), IMAGE, WRONG, "encoding = 'h264'",
+    ),
+    'cut images': (Robot(raw={IMAGE: lambda raw: raw[:-8]}), IMAGE, WRONG, 'too short'),
+    'dark images': (
+        Robot(image=lambda ns: image_to_raw(np.zeros(SIZE[::-1], np.uint8), ns)),
+        IMAGE, WARN, 'all pixels are 0',
+    ),
+    'frozen images': (Robot(image=frozen), IMAGE, WARN, 'all images are the same'),
+    'slow images': (Robot(ticks={IMAGE: range(0, TICKS, 8)}), IMAGE, WARN, '3.1 Hz is slow'),
+    'a gap': (
+        Robot(
+            stamps={ODOM: lambda s: s + 0.6 * (s > NOW_S + 2.0)},
+            arrivals={ODOM: lambda s: s + 0.6 * (s > NOW_S + 2.0)},
+        ),
+        ODOM, WARN, 'a gap of 0.6 s',
+    ),
+    'zero stamps': (Robot(stamps={ODOM: lambda _: 0.0}), ODOM, WRONG, 'stamps are zero'),
+    'one stamp for all': (
+        Robot(stamps={JOINT_STATES: lambda _: NOW_S + 2.5}), JOINT_STATES, WRONG, 'the same',
+    ),
+    'stamps that go back': (
+        Robot(stamps={ODOM: lambda s: s - 0.1 * (round(25 * s) % 2)}),
+        ODOM, WRONG, 'stamps go back',
+    ),
+    'two clocks': (Robot(stamps={ODOM: simulated}), ODOM, WRONG, 'use_sim_time'),
+    'late odometry': (
+        Robot(arrivals={ODOM: lambda s: s + 0.22}), ODOM, WARN, 'input_wait_s: 0.25',
+    ),
+    'old images': (Robot(arrivals={IMAGE: lambda s: s + 0.7}), IMAGE, WARN, '0.70 s old'),
+    'no calibration': (
+        Robot(raw={CAMERA_INFO: replaced(number(CAMERA.fx_px), number(0.0))}),
+        CAMERA_INFO, WRONG, 'fx_px = 0.0',
+    ),
+    'calibrated at another size': (
+        Robot(camera=lens(width_px=80, height_px=60, cx_px=39.5, cy_px=29.5)),
+        IMAGE, WRONG, 'says 80x60',
+    ),
+    'an absurd field of view': (
+        Robot(camera=lens(fx_px=500.0, fy_px=500.0)), CAMERA_INFO, WRONG, 'view of 5 deg',
+    ),
+    'pixels that are not square': (
+        Robot(camera=lens(fy_px=1.3 * CAMERA.fy_px)), CAMERA_INFO, WARN, 'times their height',
+    ),
+    'a centre elsewhere': (Robot(camera=lens(cx_px=3.0)), CAMERA_INFO, WRONG, 'centre at 3, 14'),
+    'an absurd lens': (
+        Robot(camera=lens(distortion=(30.0, 0.0, 0.0, 0.0, 0.0))),
+        CAMERA_INFO, WARN, 'moves a corner by',
+    ),
+    'an unknown lens model': (
+        Robot(
+            camera=lens(distortion=(0.1, 0.0, 0.0, 0.0, 0.0)),
+            raw={CAMERA_INFO: replaced(b'plumb_bob', b'thin_lens')},
+        ),
+        CAMERA_INFO, WRONG, "distortion_model = 'thin_lens'",
+    ),
+    'a joint without its name': (
+        Robot(joints=('turret_joint', 'tilt_joint')), JOINT_STATES, WRONG, 'pan_joint is missing',
+    ),
+    'degrees': (Robot(head=replace(LEVEL, turret_rad=90.0)), JOINT_STATES, WRONG, 'send radians'),
+    'a position that is not finite': (
+        Robot(pose=Pose2(x_m=math.nan, y_m=0.0, heading_rad=0.0)), ODOM, WRONG, 'nan',
+    ),
+    'millimetres': (
+        Robot(pose=Pose2(x_m=1500.0, y_m=0.0, heading_rad=0.0)),
+        ODOM, WARN, 'positions are metres',
+    ),
+    'no bumpers': (Robot(publishers={BUMPERS: ()}), BUMPERS, WRONG, 'bumpers: optional'),
+    'a pressed bumper': (
+        Robot(pressed=tuple(i == 4 for i in range(20))), BUMPERS, WARN, 'bumper 4 is pressed',
+    ),
+    'nobody drives': (Robot(drive=()), CMD_VEL, WRONG, 'nobody listens'),
+    'a base that takes a Twist': (
+        Robot(drive=(End(node='base', kind=TWIST),)), CMD_VEL, WRONG, 'stamped_cmd_vel: false',
+    ),
+    'a base that takes a TwistStamped': (
+        Robot(robot=RobotConfig(stamped_cmd_vel=False)), CMD_VEL, WRONG, 'stamped_cmd_vel: true',
+    ),
+    'another driver': (
+        Robot(drivers=(End(node='joystick', kind=STAMPED),)), CMD_VEL, WRONG, 'joystick commands',
+    ),
+    'a head that does not listen': (
+        Robot(listens_to_head=False), HEAD_COMMAND, WRONG, 'nobody listens',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(('robot', 'subject', 'level', 'words'), FAULTS.values(), ids=FAULTS)
+def test_a_planted_fault_is_named_with_its_cure(
+    robot: Robot, subject: str, level: str, words: str
+) -> None:
+    verdicts = robot.verdicts()
+    faults = [v for v in verdicts if v.level in (WARN, WRONG)]
+    assert {v.subject for v in faults} == {subject}, faults
+    assert [v for v in faults if v.level == level and words in f'{v.text}; {v.cure}'], faults
+    assert all(v.cure for v in faults)
+    assert can_drive(verdicts) == (level == WARN)
+
+
+def standing(
+    *rays: tuple[float, float],
+    turret_rad: float = 0.0,
+    tilt_rad: float = 0.0,
+    pose: Pose2 = ORIGIN,
+) -> Measurement:
+    head = HeadAngles(turret_rad=turret_rad, pan_rad=0.0, tilt_rad=tilt_rad)
+    return Measurement(head=head, pose=pose, rays=np.array(rays).reshape(-1, 2))
+
+
+def at(*bearings_rad: float, tilt_rad: float = 0.0) -> list[tuple[float, float]]:
+    return [(math.tan(bearing), math.tan(tilt_rad)) for bearing in bearings_rad]
+
+
+MOTIONS: dict[str, tuple[float, float, str]] = {
+    'a joint that turns the other way': (-TURN_RAD, -TURN_RAD, 'the sign is wrong'),
+    'a joint that does not move': (0.001, TURN_RAD, 'is it enabled?'),
+    'a joint in degrees': (10.0, TURN_RAD, 'radians, not degrees'),
+    'a joint of half the scale': (0.5 * TURN_RAD, TURN_RAD, 'the scale is wrong'),
+    'a mirrored camera': (TURN_RAD, -TURN_RAD, 'mirrored'),
+    'a focal length of half': (TURN_RAD, 0.5 * TURN_RAD, 'K be wrong'),
+}
+
+
+@pytest.mark.parametrize(('reported', 'seen', 'words'), MOTIONS.values(), ids=MOTIONS)
+def test_a_wrong_sign_or_scale_is_named(reported: float, seen: float, words: str) -> None:
+    before = standing(*at(-0.1, 0.2), turret_rad=0.3)
+    after = standing(*at(seen - 0.1, seen + 0.2), turret_rad=0.3 + reported)
+    verdicts = judge_motion('turret_joint', before, after)
+    (wrong,) = [verdict for verdict in verdicts if verdict.level == WRONG]
+    assert words in wrong.cure
+
+
+def levels(subject: str, before: Measurement, after: Measurement) -> list[str]:
+    return [verdict.level for verdict in judge_motion(subject, before, after)]
+
+
+def test_motions_as_commanded_have_no_fault() -> None:
+    before, two_leds = standing(*at(-0.1, 0.2)), at(TURN_RAD - 0.1, TURN_RAD + 0.2)
+    assert levels('turret_joint', before, standing(*two_leds, turret_rad=TURN_RAD)) == ['ok', 'ok']
+    up = standing(*at(-0.1, 0.2, tilt_rad=TURN_RAD), tilt_rad=TURN_RAD)
+    assert levels('tilt_joint', before, up) == ['ok', 'ok']
+    left = replace(ORIGIN, heading_rad=TURN_RAD)
+    assert levels(TURN, before, standing(*two_leds, pose=left)) == ['ok', 'ok']
+    against = standing(*at(-0.1, 0.2), turret_rad=-TURN_RAD, pose=left)
+    assert levels(TURN, before, against) == ['ok', 'ok']
+
+
+def test_leds_that_move_together_while_it_drives_ahead_are_a_fault() -> None:
+    far, near = at(-0.1, 0.1), at(-0.105, 0.105)
+    ahead = replace(ORIGIN, x_m=0.1)
+    assert levels(DRIVE, standing(*far), standing(*near, pose=ahead)) == ['ok']
+    assert levels(DRIVE, standing(*near), standing(*far, pose=ahead)) == ['ok', WRONG]
+    assert levels(DRIVE, standing(*far), standing(*far[:1], pose=ahead)) == ['ok', WARN]
