@@ -1,9 +1,9 @@
 """A controller of one's own: drives towards the goal in a straight line, over two topics.
 
-Start it, then a run whose own controller is disconnected from the wheels and only keeps the paths:
+Start it, then a run that leaves the driving to it; goalreach's controller only keeps the paths:
 
     python3 examples/own_controller.py
-    goalreach run --paths 3 --remap goal_reaching_controller:/cmd_vel:=/unused/cmd_vel
+    goalreach run --paths 3 --external goal_reaching_controller
 
 It needs rclpy and geometry_msgs only. Each command carries the stamp of the pose that it answers,
 so that it works in lockstep too.
@@ -38,7 +38,6 @@ class StraightController(Node):
         heading_rad = 2 * math.atan2(rotation.z, rotation.w)
         wanted_rad = math.atan2(GOAL_Y_M - position.y, GOAL_X_M - position.x)
         error_rad = math.remainder(wanted_rad - heading_rad, 2 * math.pi)
-
         command = TwistStamped()
         command.header.stamp = message.header.stamp
         command.header.frame_id = 'base_link'
@@ -52,7 +51,9 @@ def main() -> None:
     """Run until Ctrl-C."""
     rclpy.init()
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(StraightController())
+        node = StraightController()
+        while rclpy.ok():  # `rclpy.spin` now and then misses SIGTERM
+            rclpy.spin_once(node, timeout_sec=0.1)
 
 
 if __name__ == '__main__':

@@ -21,9 +21,10 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import Pose2, Twist2
-from goalreach_sim.robot import Robot, Walls
+from goalreach_sim.robot import Robot
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import DriveConfig, SimulatorConfig
+from goalreach_sim.walls import Walls
 
 PERIOD_S = 0.04
 
