@@ -18,19 +18,20 @@ SUMMARY = 'Benchmarks against floors and peers of the same run, and the studies 
 
 SUITES: Final[Mapping[str, str]] = {
     'performance': 'speed.suite',
+    'all': 'everything',
     'abroad': 'abroad.suite',
-    'driving': 'reproduction.driving',
     'faults': 'faults.suite',
-    'frames': 'speed.driving',
     'fuzz': 'fuzz.suite',
     'learning': 'reproduction.learning',
+    'learners': 'learners.suite',
     'learning-peers': 'speed.learning_peers',
     'localization': 'localization.suite',
+    'mutation': 'mutation',
+    'obstacles': 'behaviors.suite',
     'page': 'speed.dashboard',
     'page-day': 'speed.dashboard_day',
     'recording': 'speed.recording',
     'reproduction': 'reproduction.suite',
-    'simulator': 'speed.simulator',
     'soak': 'faults.soak',
     'starts': 'faults.starts',
 }
@@ -46,13 +47,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Arguments of the command line, or None for those of the process.
     """
     given = sys.argv[1:] if arguments is None else arguments
-    return cli.guarded('goalreach bench', lambda: _run(given))
+    return cli.guarded('goalreach bench', lambda: command().run('goalreach bench', given))
 
 
-def _run(given: Sequence[str]) -> int:
+def command() -> Command:
+    """Return the command with all suites."""
     suites = {name: _load(name) for name in SUITES}
-    command = replace(suites[_DEFAULT], summary=SUMMARY, subcommands=suites)
-    return command.run('goalreach bench', given)
+    return replace(suites[_DEFAULT], summary=SUMMARY, subcommands=suites)
 
 
 def _load(name: str) -> Command:
@@ -78,7 +79,8 @@ def _execute(name: str, execute: Callable[[Any], list[BenchRow]], options: Bench
         require_writable(options.json)
     with Console(stderr=True).status(f'bench {name}'):
         rows = execute(options)
-    show_rows(rows)
+    if rows:
+        show_rows(rows)
     if options.json is not None:
         write_summary(options.json, rows_to_json(rows, seed=options.seed))
     return 1 if any(row.met is False for row in rows) else 0

@@ -14,6 +14,7 @@ from goalreach_lab.template import table
 
 _INDENT: Final = '  '
 _HEADINGS: Final = ('measurement', 'ours', 'reference', 'ratio', 'goal', 'met', 'n', 'note')
+_COLOURS: Final = {True: 'green', False: 'red', None: ''}
 
 
 def machine() -> str:
@@ -73,7 +74,7 @@ def show_rows(rows: Sequence[BenchRow], *, console: Console | None = None) -> No
     for row, figure in zip((None, *rows), figures, strict=True):
         if row is not None:
             out.print(Text(row.name, style='bold'))
-        out.print(Text(line(figure), style='dim' if row is None else _colour(row.met)))
+        out.print(Text(line(figure), style='dim' if row is None else _COLOURS[row.met]))
         for note in () if row is None else _notes(row):
             wrapped = wrap(note, out.width, initial_indent=indent, subsequent_indent=indent)
             out.print(Text('\n'.join(wrapped), style='dim'))
@@ -94,7 +95,3 @@ def _notes(row: BenchRow) -> Iterator[str]:
         yield f'reference: {row.reference_name}'
     if row.note:
         yield row.note
-
-
-def _colour(met: bool | None) -> str:  # noqa: FBT001 - the field of a row
-    return {True: 'green', False: 'red', None: ''}[met]

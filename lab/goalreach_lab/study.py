@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from goalreach_evaluation.evaluation import processes
-from goalreach_evaluation.results_file import ResultsFile
 from goalreach_evaluation.sweep import run_cases
 from goalreach_evaluation.terminal import progress_bar
 from goalreach_lab.row import BenchRow
+from goalreach_lab.study_file import StudyFile
 
 Case = Mapping[str, Any]
 """The fields that identify one case of a study: numbers and texts."""
@@ -44,14 +44,14 @@ class Study:
     analyse: Callable[[Sequence[Result]], Any] = list
     rows: Callable[[Any], list[BenchRow]] = lambda _: []
 
-    def results_file(self, folder: Path | None) -> ResultsFile:
+    def results_file(self, folder: Path | None) -> StudyFile:
         """Return the file of results in a folder; in memory only without a folder.
 
         Raises:
             FileFormatError: The file holds results of other settings or cannot be read.
         """
         path = None if folder is None else folder / f'{self.name}.jsonl'
-        return ResultsFile(path, key=self.key, settings=self.settings)
+        return StudyFile(path, key=self.key, settings=self.settings)
 
 
 def run_study(

@@ -50,6 +50,7 @@ def test_a_table_by_hand() -> None:
     [
         ('abroad/abroad.md', 'docs/ABROAD.md'),
         ('faults/faults.md', 'docs/FAULTS.md'),
+        ('learners/learners.md', 'docs/LEARNERS.md'),
         ('localization/localization.md', 'docs/LOCALIZATION.md'),
         ('reproduction/reproduction.md', 'REPRODUCTION.md'),
     ],

@@ -32,7 +32,7 @@ class Options(DocumentOptions):
     """Options of the suite."""
 
     case: tuple[str, ...] = option((), 'cases of cases.yaml (default: all)', metavar='CASE')
-    starts: str = option('border', 'where paths begin', choices=tuple(_STARTS))
+    starts: str = option('border', 'where paths begin', choices=(*_STARTS, 'both'))
     paths: int = option(4, 'paths of each case', minimum=1, maximum=22)
 
 
@@ -49,8 +49,9 @@ def execute(options: Options) -> list[BenchRow]:
         name='abroad',
         key=('case', 'starts', 'number'),
         cases=[
-            {'case': case, 'starts': options.starts, 'number': (9 * path + 8) % 22}
+            {'case': case, 'starts': kind, 'number': (9 * path + 8) % 22}
             for case in options.case or known
+            for kind in (_STARTS if options.starts == 'both' else (options.starts,))
             for path in range(options.paths)
         ],
         measure=partial(_measure, known, options.seed),
@@ -66,13 +67,18 @@ def execute(options: Options) -> list[BenchRow]:
 def _measure(known: Any, seed: int, cases: Sequence[Case]) -> Iterator[tuple[Case, Result]]:
     """Drive cases; all paths of one that follow one another are driven in one graph."""
     from goalreach_evaluation.starts import choose_starts
-    from goalreach_lab.abroad.ros_drive import drive
+    from goalreach_lab.abroad.ros_drive import WORLD, drive
 
     for name, group in groupby(cases, lambda one: one['case']):
         paths, case = list(group), known[name]
         drawn = {kind: choose_starts(word, Arena(), seed) for kind, word in _STARTS.items()}
         starts = [drawn[path['starts']][path['number']] for path in paths]
-        driven = drive(case['world'].split(), {LOCALIZER: case.get('told', {})}, starts, seed=seed)
+        driven = drive(
+            case['world'].format(here=WORLD.parent).split(),
+            {LOCALIZER: case.get('told', {})},
+            starts,
+            seed=seed,
+        )
         yield from zip(paths, driven, strict=True)
 
 
@@ -93,13 +99,12 @@ def cells(paths: Sequence[Result]) -> list[str]:
 
 def _write(results: Sequence[Result], known: Any, options: Options, out: Path) -> None:
     from goalreach_evaluation.figures.figure_file import write_figure
-    from goalreach_evaluation.figures.paper_figures import recorded_paths
-    from goalreach_evaluation.summary_file import RecordedPath
+    from goalreach_evaluation.figures.paper_figures import path_figure
     from goalreach_lab.template import write_document
 
     traces = [(path['trace'], path['outcome']) for path in results if 'trace' in path]
-    paths = [RecordedPath(points_m=np.array(trace), outcome=end) for trace, end in traces]
-    figure = recorded_paths(Arena(), paths, 'fuzzy, MuJoCo world')
+    paths = [(np.array(trace), end) for trace, end in traces]
+    figure = path_figure(Arena(), paths, 'Paths with the full sensor chain (fuzzy, MuJoCo world)')
     write_figure(figure, out.parent / 'figures', 'abroad_paths')
     lines = [
         f'| {name} | {known[name]["world"]} | {" | ".join(cells(list(group)))} |'

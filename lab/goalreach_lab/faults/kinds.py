@@ -1,26 +1,12 @@
 """The kinds of fault: what is done, the expected behaviour, and the words that report it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.files import read_yaml
-from goalreach_msgs_py.topics import (
-    BUMPERS,
-    CMD_VEL,
-    HEAD_COMMAND,
-    IMAGE,
-    JOINT_STATES,
-    NODES,
-    ODOM,
-    POSE,
-    STATE,
-)
-
-_RESTARTED: Final = 'the node is restarted; the robot stops meanwhile and continues its path'
-_WAITS: Final = 'the robot stops while it lasts, then drives on'
-_DRIVES_ON: Final = 'a warning in the log, nothing else'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,68 +30,19 @@ class FaultKind:
     target: str = ''
     amount: float = 0.0
     duration_s: float = 2.0
-    expected: str = _WAITS
+    expected: str = 'the robot stops while it lasts, then drives on'
     report_pattern: str
     ends_paths: bool = False
 
 
-def _of_nodes() -> list[FaultKind]:
-    kinds = []
-    for node in NODES:
-        held = rf'{node}.*(held up|too slow)|\({node}\): nothing|{node}.*did not answer'
-        kinds += [
-            FaultKind(
-                name=f'{node} killed',
-                act='kill',
-                target=node,
-                duration_s=0.0,
-                expected=_RESTARTED,
-                report_pattern=rf'{node}: error: was ended by SIGKILL',
-            ),
-            FaultKind(
-                name=f'{node} stopped',
-                act='stop',
-                target=node,
-                duration_s=1.5,
-                report_pattern=held,
-            ),
-            FaultKind(
-                name=f'{node} slowed', act='slow', target=node, duration_s=2.8, report_pattern=held
-            ),
-        ]
-    return kinds
+def _read() -> Iterator[FaultKind]:
+    for kind in read_yaml(Path(__file__).with_name('kinds.yaml')):
+        for target in kind.pop('targets', [kind.get('target', '')]):
+            texts = {k: v.replace('{target}', target) for k, v in kind.items() if type(v) is str}
+            yield FaultKind(**{**kind, **texts, 'target': target})
 
 
-def _of_messages() -> list[FaultKind]:
-    def on(topic: str, effect: str, amount: float, words: str, what: str) -> FaultKind:
-        return FaultKind(
-            name=f'{topic} {what}',
-            act=effect,
-            target=topic,
-            amount=amount,
-            expected=_DRIVES_ON if effect in {'twice', 'order'} else _WAITS,
-            report_pattern=rf'{topic}.*({words})',
-        )
-
-    late, apart = 'behind|old is refused', 'behind|ahead|old is refused'
-    return [
-        *(on(t, 'late', 1.0, late, '1 s late') for t in (IMAGE, POSE, STATE, CMD_VEL)),
-        *(on(t, 'twice', 1.0, 'twice', 'doubled') for t in (IMAGE, CMD_VEL)),
-        *(on(t, 'order', 1.0, 'out of order', 'out of order') for t in (IMAGE, POSE)),
-        on(IMAGE, 'lost', 0.8, 'missing|nothing for', 'lost, 4 of 5'),
-        *(
-            on(t, 'lost', 1.0, 'missing|nothing for', 'lost')
-            for t in (JOINT_STATES, ODOM, STATE, BUMPERS, CMD_VEL, HEAD_COMMAND)
-        ),
-        *(on(t, 'shift', -5.0, apart, 'stamped 5 s in the past') for t in (IMAGE, POSE, CMD_VEL)),
-        *(on(t, 'shift', 5.0, apart, 'stamped 5 s in the future') for t in (IMAGE, POSE, CMD_VEL)),
-    ]
-
-
-_OTHERS: Final = read_yaml(Path(__file__).with_name('kinds.yaml'))
-"""Faults of LEDs, sensors, robot and surroundings."""
-
-KINDS: Final = (*_of_nodes(), *_of_messages(), *(FaultKind(**one) for one in _OTHERS))
+KINDS: Final = tuple(_read())
 """All kinds, in the order of the table."""
 
 

@@ -18,40 +18,23 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
 from goalreach_lab.faults.observer import StackObserver
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import MessageError, stamp_of
 from goalreach_msgs_py.diagnostic_messages import state_from_raw, transition_from_raw
 from goalreach_msgs_py.pose_messages import odometry_from_raw, twist_from_raw
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, SENSOR_QOS
-from goalreach_msgs_py.topics import (
-    BUMPERS,
-    CAMERA_INFO,
-    CMD_VEL,
-    CONTROLLER,
-    DIAGNOSTICS,
-    ESTIMATOR,
-    GROUND_TRUTH,
-    HEAD_COMMAND,
-    IMAGE,
-    JOINT_STATES,
-    LOCALIZER,
-    ODOM,
-    POSE,
-    ROBOT,
-    STATE,
-    TRANSITION,
-)
 
 PREFIX: Final = '/faulty'
 _LINKS: Final = (
-    (IMAGE, Image, SENSOR_QOS, LOCALIZER),
-    (CAMERA_INFO, CameraInfo, SENSOR_QOS, LOCALIZER),
-    (JOINT_STATES, JointState, RELIABLE_QOS, LOCALIZER),
-    (ODOM, Odometry, RELIABLE_QOS, LOCALIZER),
-    (POSE, PoseWithCovarianceStamped, RELIABLE_QOS, ESTIMATOR),
-    (STATE, DiagnosticArray, RELIABLE_QOS, CONTROLLER),
-    (BUMPERS, LaserScan, RELIABLE_QOS, CONTROLLER),
-    (CMD_VEL, TwistStamped, RELIABLE_QOS, ROBOT),
-    (HEAD_COMMAND, JointState, RELIABLE_QOS, ROBOT),
+    (topics.IMAGE, Image, SENSOR_QOS, topics.LOCALIZER),
+    (topics.CAMERA_INFO, CameraInfo, SENSOR_QOS, topics.LOCALIZER),
+    (topics.JOINT_STATES, JointState, RELIABLE_QOS, topics.LOCALIZER),
+    (topics.ODOM, Odometry, RELIABLE_QOS, topics.LOCALIZER),
+    (topics.POSE, PoseWithCovarianceStamped, RELIABLE_QOS, topics.ESTIMATOR),
+    (topics.STATE, DiagnosticArray, RELIABLE_QOS, topics.CONTROLLER),
+    (topics.BUMPERS, LaserScan, RELIABLE_QOS, topics.CONTROLLER),
+    (topics.CMD_VEL, TwistStamped, RELIABLE_QOS, topics.ROBOT),
+    (topics.HEAD_COMMAND, JointState, RELIABLE_QOS, topics.ROBOT),
 )
 _DEEP_QOS: Final = QoSProfile(depth=200)
 _ENCAPSULATION_BYTES: Final = 4
@@ -77,13 +60,14 @@ class Gate:
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
         self._held: bytes | None = None
+        self._since_s: float | None = None
         self.effect = ''
         self.amount = 0.0
 
     def set(self, effect: str, amount: float) -> None:
         """Begin an effect, or end it with an empty text."""
         self.effect, self.amount = effect, amount
-        self._held = None
+        self._held = self._since_s = None
 
     def arrive(self, data: bytes, now_s: float) -> list[tuple[float, bytes]]:
         """Return the messages to send, and when, for one that arrived.
@@ -102,8 +86,10 @@ class Gate:
             case 'order':
                 held, self._held = self._held, None if self._held is not None else data
                 return [] if held is None else [(now_s, data), (now_s, held)]
-            case 'shift':
-                return [(now_s, shift_stamp(data, self.amount))]
+            case 'shift' | 'drift':
+                began_s = self._since_s = now_s if self._since_s is None else self._since_s
+                times = 1.0 if self.effect == 'shift' else now_s - began_s
+                return [(now_s, shift_stamp(data, times * self.amount))]
         return [(now_s, data)]
 
 
@@ -195,9 +181,11 @@ def observe_graph(node: Node, observer: StackObserver, *, gated: bool) -> None:
 
     create = partial(node.create_subscription, raw=True)
     # EventsExecutor, which gates need for their speed, does not give the message info.
-    create(Odometry, GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
-    create(DiagnosticArray, STATE, on_state, _DEEP_QOS)
-    create(TwistStamped, PREFIX + CMD_VEL if gated else CMD_VEL, on_command, _DEEP_QOS)
+    create(Odometry, topics.GROUND_TRUTH, on_truth if gated else on_dated_truth, _DEEP_QOS)
+    create(DiagnosticArray, topics.STATE, on_state, _DEEP_QOS)
+    create(
+        TwistStamped, PREFIX + topics.CMD_VEL if gated else topics.CMD_VEL, on_command, _DEEP_QOS
+    )
     _observe_reports(node, observer)
 
 
@@ -215,6 +203,6 @@ def _observe_reports(node: Node, observer: StackObserver) -> None:
                 observer.lines.append(f'{status.name}: {status.message} ({values})')
 
     create = node.create_subscription
-    create(DiagnosticArray, TRANSITION, on_action, _DEEP_QOS, raw=True)
+    create(DiagnosticArray, topics.TRANSITION, on_action, _DEEP_QOS, raw=True)
     create(Log, '/rosout', on_log, _DEEP_QOS)
-    create(DiagnosticArray, DIAGNOSTICS, on_diagnostics, _DEEP_QOS)
+    create(DiagnosticArray, topics.DIAGNOSTICS, on_diagnostics, _DEEP_QOS)

@@ -20,6 +20,7 @@ from goalreach_evaluation.starts import random_starts
 from goalreach_lab.faults.kinds import FaultKind
 from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_gates import PREFIX
+from goalreach_lab.rigs.processes import find_descendant
 from goalreach_lab.rigs.stack import start_command
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
@@ -33,6 +34,7 @@ _CLEARANCE_M: Final = 0.6
 _WRITES_BYTES: Final = 400_000
 _FREE_BYTES: Final = 1_500_000
 _FULL_S: Final = 3.0
+_NEIGHBOR_S: Final = 2.0
 _ARRAY = Parameter.Type.DOUBLE_ARRAY
 _NODE_ACTS: Final = ('stop', 'slow')
 
@@ -178,6 +180,22 @@ class Injector:
         process = self._start('run', '--paths', '1', '--no-dashboard')
         self._graph.serve_until(lambda: process.poll() is not None, 2 * _ANSWER_S)
         self._finish(process)
+
+    def _neighbor(self, _kind: FaultKind) -> None:
+        """Bring up another robot in the same domain, and kill the process of that robot."""
+        process = self._start('run', '--namespace', 'neighbor', '--no-dashboard')
+        try:
+            up = self._graph.serve_until(
+                lambda: find_descendant(process.pid, ROBOT) is not None, _ANSWER_S
+            )
+            pid = find_descendant(process.pid, ROBOT)
+            if not up or pid is None:
+                raise GoalreachError('the second robot does not come up')
+            self._graph.serve(_NEIGHBOR_S)
+            os.kill(pid, signal.SIGKILL)
+            self._graph.serve(_NEIGHBOR_S)
+        finally:
+            self._finish(process)
 
     def _start(self, *words: str) -> subprocess.Popen[str]:
         return start_command(*words, environment=self._graph.running.environment)

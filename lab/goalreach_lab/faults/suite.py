@@ -13,7 +13,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from goalreach_evaluation.results_file import ResultsFile
 from goalreach_lab.faults.kinds import FaultKind, choose_kinds
 from goalreach_lab.faults.outcome import (
     FaultOutcome,
@@ -26,6 +25,7 @@ from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.stack import free_domains
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Study, run_study
+from goalreach_lab.study_file import StudyFile
 from goalreach_lab.template import write_document
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import option
@@ -85,8 +85,8 @@ def execute(options: Options) -> list[BenchRow]:
     return [*rows, *_stop_rows(stops)]
 
 
-def _outcomes_file(results: Path, speed: float) -> ResultsFile:
-    return ResultsFile(results / 'faults.jsonl', key=('kind', 'number'), settings={'speed': speed})
+def _outcomes_file(results: Path, speed: float) -> StudyFile:
+    return StudyFile(results / 'faults.jsonl', key=('kind', 'number'), settings={'speed': speed})
 
 
 def read_outcomes(results: Path, speed: float) -> list[FaultOutcome]:

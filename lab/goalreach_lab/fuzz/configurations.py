@@ -13,8 +13,7 @@ from goalreach_bringup.launch.plan import choose_starts, plan_parameters
 from goalreach_evaluation.starts import RunSeeds
 from goalreach_lab.fuzz.mutation import NASTY, mutate_value, nasty
 from goalreach_lab.fuzz.reader import Reader, require_finite
-from goalreach_learning.controller_config import ControllerConfig
-from goalreach_learning.mission import MissionConfig
+from goalreach_learning.controller_config import ControllerConfig, MissionConfig
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameters import build_config, flatten_config
@@ -65,14 +64,10 @@ def _node_parameters(rng: np.random.Generator) -> object:
     values = flatten_config(cls())
     for _ in range(int(rng.integers(1, 3))):
         name = list(values)[rng.integers(len(values))]
-        values[name] = _mutated(values[name], rng)
+        values[name] = mutate_value(values[name], rng)
     config = build_config(cls, values)
     require_finite(config, cls.__name__)
     return config
-
-
-def _mutated(value: Any, rng: np.random.Generator) -> Any:
-    return mutate_value(list(value) if isinstance(value, tuple) else value, rng)
 
 
 def _run_parameters(rng: np.random.Generator) -> object:

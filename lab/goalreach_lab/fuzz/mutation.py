@@ -31,8 +31,8 @@ def nasty(rng: np.random.Generator) -> Any:
 
 
 def mutate_value(value: Any, rng: np.random.Generator) -> Any:
-    """Return a nested value with one to three mutations."""
-    changed = copy.deepcopy(value)
+    """Return a nested value with one to three mutations; a tuple becomes a list."""
+    changed = copy.deepcopy(list(value) if isinstance(value, tuple) else value)
     for _ in range(int(rng.integers(1, 4))):
         changed = _mutate(changed, rng)
     return changed

@@ -30,6 +30,7 @@ from goalreach_msgs_py.diagnostic_messages import (
     transition_from_raw,
     transition_to_raw,
 )
+from goalreach_msgs_py.image_messages import image_from_raw, image_to_raw
 from goalreach_msgs_py.pose_messages import (
     estimate_from_raw,
     estimate_to_raw,
@@ -45,8 +46,6 @@ from goalreach_msgs_py.sensor_messages import (
     camera_to_raw,
     head_from_raw,
     head_to_raw,
-    image_from_raw,
-    image_to_raw,
     landmarks_from_raw,
     landmarks_to_raw,
 )
@@ -167,7 +166,7 @@ def localizer_reader() -> Reader:
         )
         if output.mode != 'refused':
             monitor.check(
-                time_ns=time_ns, image=image, camera=camera, joints=joints,
+                time_ns=time_ns, image=image, camera=camera,
                 odometry=odometry.pose, output=output,
             )  # fmt: skip
         require_finite(output.estimate, 'estimate')

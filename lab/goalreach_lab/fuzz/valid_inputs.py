@@ -25,7 +25,7 @@ from goalreach_bags.ros.player import Player
 from goalreach_bags.storage import BagError
 from goalreach_bags.topic import BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
-from goalreach_evaluation.choices import choose_arena, read_noise
+from goalreach_evaluation.choices import choose_arena, choose_noise
 from goalreach_evaluation.summary_file import read_recorded_run
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
 from goalreach_lab.fuzz.reader import Reader, require_finite
@@ -36,7 +36,6 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
 from goalreach_msgs_py.parameter_file import read_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
-from goalreach_msgs_py.topics import NODES
 
 STRING: Final = 'std_msgs/msg/String'
 _EVALUATION: Final[dict[str, Any]] = {
@@ -137,8 +136,8 @@ def document_targets(folder: Path) -> list[FileTarget]:
         ('policy file', policy, _as_json, read_policy),
         ('arena file', _ARENA, _as_yaml, lambda path: choose_arena(str(path))),
         ('arena file, read alone', _ARENA, _as_yaml, read_arena),
-        ('noise file', _NOISE, _as_yaml, read_noise),
-        ('parameter file', _PARAMETERS, _as_yaml, lambda path: read_parameters(path, NODES)),
+        ('noise file', _NOISE, _as_yaml, choose_noise),
+        ('parameter file', _PARAMETERS, _as_yaml, read_parameters),
         ('evaluation file', _EVALUATION, _as_json, read_recorded_run),
     ]
     return [

@@ -20,7 +20,7 @@ from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig, identify
 from goalreach_perception.head_tracker import HeadConfig, HeadTracker
-from goalreach_perception.measurement_model import LEDS, Lens, Projection, project
+from goalreach_perception.measurement_model import LEDS, MOUNT, Lens, Projection, project
 from goalreach_perception.one_image_pose import ImageGeometry, align, level_points, solve_poses
 from goalreach_sim.simulator_config import SimulatorConfig
 
@@ -219,7 +219,7 @@ def _image(x_m: float, y_m: float) -> tuple[float, float, FloatArray]:
 
 def _geometry(spots: int, tilt: float) -> ImageGeometry:
     """Return the geometry of an image of which everything but the pose is known exactly."""
-    states = LEDS + _CONFIG.landmark_array_m.size
+    states = LEDS + _CONFIG.landmark_array_m.size - MOUNT
     return ImageGeometry(
         leds_m=_CONFIG.landmark_array_m,
         camera_height_m=_CONFIG.camera_height_m,

@@ -1,6 +1,7 @@
 """The figures of docs/LOCALIZATION.md."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 import os
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +22,6 @@ from goalreach_evaluation.figures.arena_axes import (
 )
 from goalreach_evaluation.figures.figure_file import write_figure
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.values import FloatArray
 
 _SIZE = (7.0, 4.0)
 _NOISE_PX = '0.3'
@@ -29,36 +29,22 @@ _BINS_S = [0.2 * k for k in range(51)]
 _PLACE: dict[str, Any] = {'marker': 's', 's': 150, 'linewidths': 0, 'zorder': 2}
 
 
-def _map(found: Mapping[str, Any], values: FloatArray, title: str, label: str) -> Figure:
-    """Return the arena with a coloured square at each place."""
-    figure, axes = arena_figure(Arena(), title, borders=False)
+def _map(found: Mapping[str, Any], *, value: str, title: str) -> Figure:
+    """Return the arena with a square at each place, whose colour is a value there, inches."""
+    figure, axes = arena_figure(Arena(), f'{title}, {_NOISE_PX} px', borders=False)
     x, y = ([to_inches(metres) for metres in found[name]] for name in ('x_m', 'y_m'))
+    values = [cell[value] for cell in found['cells'][_NOISE_PX]]
     squares = axes.scatter(x, y, c=values, cmap='viridis', **_PLACE)
-    figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label=label)
+    figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label='inches')
     add_legend(axes)
     return figure
-
-
-def _cells(found: Mapping[str, Any], name: str) -> FloatArray:
-    return np.array([cell[name] for cell in found['cells'][_NOISE_PX]])
-
-
-def _bound(found: Mapping[str, Any]) -> Figure:
-    title = f'Cramer-Rao bound of the position, three LEDs, {_NOISE_PX} px'
-    return _map(found, _cells(found, 'bound_in'), title, 'inches')
-
-
-def _error(found: Mapping[str, Any]) -> Figure:
-    title = f'Measured rms error of the position, {_NOISE_PX} px'
-    return _map(found, _cells(found, 'rms_in'), title, 'inches')
 
 
 def _axes(title: str, x: str, y: str) -> tuple[Figure, Axes]:
     figure = Figure(figsize=_SIZE, layout='constrained')
     axes = figure.add_subplot()
     axes.set_title(title, fontsize=11)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    axes.set(xlabel=x, ylabel=y)
     axes.grid(color='#dddddd', linewidth=0.6)
     return figure, axes
 
@@ -118,19 +104,18 @@ def _long(found: Mapping[str, Any]) -> Figure:
         ('odometry alone', 'odometry_in', GREY, 0.5),
         ('with images: rms of a minute', 'vision_rms_in', BLUE, 0.7),
     ):
-        axes.plot(_hours(found[key]), found[key], color=color, linewidth=width, label=name)
+        hours = np.arange(1, len(found[key]) + 1) / 60.0
+        axes.plot(hours, found[key], color=color, linewidth=width, label=name)
     axes.set_yscale('log')
     axes.legend(fontsize=8, loc='center right')
     return figure
 
 
-def _hours(values: list[float]) -> FloatArray:
-    return np.arange(1, len(values) + 1) / 60.0
-
-
+_BOUND = partial(_map, value='bound_in', title='Cramer-Rao bound of the position, three LEDs')
+_ERROR = partial(_map, value='rms_in', title='Measured rms error of the position')
 FIGURES: Final[dict[str, tuple[str, Callable[[Any], Figure]]]] = {
-    'localization_bound': ('bound', _bound),
-    'localization_error': ('bound', _error),
+    'localization_bound': ('bound', _BOUND),
+    'localization_error': ('bound', _ERROR),
     'localization_noise': ('noise', _noise),
     'localization_consistency': ('consistency', _consistency),
     'localization_kidnap': ('kidnap', _kidnap),

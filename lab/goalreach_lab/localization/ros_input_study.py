@@ -17,6 +17,7 @@ from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobo
 from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_msgs_py.cdr import MessageError
+from goalreach_msgs_py.image_messages import image_from_raw, image_to_raw
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.pose_messages import odometry_from_raw, odometry_to_raw
 from goalreach_msgs_py.sensor_messages import (
@@ -24,8 +25,6 @@ from goalreach_msgs_py.sensor_messages import (
     camera_to_raw,
     head_from_raw,
     head_to_raw,
-    image_from_raw,
-    image_to_raw,
 )
 from goalreach_msgs_py.values import Twist2
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -57,6 +56,7 @@ def _odometry(frame: SensorFrame, **change: float) -> dict[str, Any]:
     return {'odometry': replace(frame.odometry, pose=pose)}
 
 
+_NUMBER = re.compile(r'[-+]?\d[\d.]*')
 _STALE = 'odometry that stands still'
 BAD_INPUTS: Final[dict[str, _Spoil]] = {
     'noise only, 8 grey values': _noise,
@@ -137,15 +137,10 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
     back = (frames for frames, step in steps if step.output.mode == 'tracking')
     return {
         'good': sum(output.mode == 'tracking' for output in outputs),
-        'reasons': len({_words(output) for output in outputs if output.mode == last.mode}),
+        'reasons': len({_NUMBER.sub('#', one.reason) for one in outputs if one.mode == last.mode}),
         'reason': f'{last.mode}: {last.reason}',
         'back_s': next(back, math.inf) / FRAMES_PER_S,
     }
-
-
-def _words(output: LocalizerOutput) -> str:
-    """Return a reason without its numbers."""
-    return re.sub(r'[-+]?\d[\d.]*', '#', output.reason)
 
 
 def refused_messages(frame: SensorFrame) -> dict[str, str]:
@@ -161,8 +156,8 @@ def refused_messages(frame: SensorFrame) -> dict[str, str]:
     few = _changed(joints, JointState, name=['pan_joint'], position=[0.0])
     nan = _changed(joints, JointState, position=[0.0, math.nan, 0.0])
     cases: dict[str, tuple[Callable[[bytes], object], bytes]] = {
-        'encoding rgb8': (image_from_raw, _changed(image, Image, encoding='rgb8')),
-        'encoding mono16': (image_from_raw, _changed(image, Image, encoding='mono16')),
+        'encoding 32FC1': (image_from_raw, _changed(image, Image, encoding='32FC1')),
+        'encoding rgb8 of mono8': (image_from_raw, _changed(image, Image, encoding='rgb8')),
         'data cut off': (image_from_raw, _changed(image, Image, data=array('B', bytes(1000)))),
         'image of width 0': (image_from_raw, _changed(image, Image, width=0)),
         'lens without focal length': (

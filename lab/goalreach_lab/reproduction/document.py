@@ -246,8 +246,9 @@ def arena_table(driven: Mapping[str, Sequence[DrivenPath]]) -> str:
 def parameter_values() -> dict[str, object]:
     """Return the placeholders of the free parameters, and of the machine."""
     values = flatten_config(ControllerConfig())
+    texts = {k: f'{v:.6g}' if isinstance(v, float) else str(v) for k, v in values.items()}
     rows = [
-        (f'`{name}`', _number(values[name]), info.description)
+        (f'`{name}`', texts[name], info.description)
         for name, info in parameter_infos(ControllerConfig).items()
     ]
     return {
@@ -256,7 +257,3 @@ def parameter_values() -> dict[str, object]:
         'x_knots': ', '.join(f'{knot_m:.3f}' for knot_m in DEFAULT_X_KNOTS_M),
         'y_knots': ', '.join(f'{knot_m:.3f}' for knot_m in DEFAULT_Y_KNOTS_M),
     }
-
-
-def _number(value: object) -> str:
-    return f'{value:.6g}' if isinstance(value, float) else str(value)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 import functools
 import statistics
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,14 @@ from goalreach_lab.options import StudyOptions
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Case, Result, Study, find, per_case
 from goalreach_learning.kinematic_drive import greedy_successes
+from goalreach_learning.learner import Agent, LearnerSetup
+from goalreach_learning.learners.tabular import PaperLearner
 from goalreach_learning.policy import Policy
-from goalreach_learning.q_learning import LearningConfig, QLearner
-from goalreach_learning.task import BUMP_REWARD, GOAL_REWARD
+from goalreach_learning.q_learning import LearningConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.options import option
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import Rewards
 from goalreach_msgs_py.values import FloatArray, Region
 
 SUMMARY = 'Q-learning over many seeds: success, trials needed, difference from the optimal values'
@@ -29,6 +30,7 @@ SUCCESS: Final = 'greedy policy reaches the goal from all 22 starts'
 SETTLED: Final = 'trial after which it always does, median'
 VALUES: Final = 'largest difference of the mean values of the regions from value iteration'
 GOAL_END, BUMP_END = 9, 10
+_REWARDS = Rewards()
 _REGIONS = 9
 _COUNTS = (3, 3, 8, 11)
 _BATCH = 500
@@ -136,27 +138,27 @@ def _learn_phase(
     """Return the policies after each trial of a learning phase, and the transition counts."""
     arena = Arena()
     policies: list[Policy] = []
-    learner = _CountingLearner(config, arena.regions)
-    train(arena, config, rng=rng, on_trial=lambda _, p: policies.append(p), learner=learner)
-    return policies, learner.counts
+    agent = Agent(f'{__name__}:CountingLearner', arena.regions, config, rng)
+    train(arena, config, rng=rng, on_trial=lambda _, p: policies.append(p), agent=agent)
+    return policies, cast(CountingLearner, agent.learner).counts
 
 
-class _CountingLearner(QLearner):
+class CountingLearner(PaperLearner):
     """A learner that counts transitions, see `value_iteration`."""
 
-    def __init__(self, config: LearningConfig, regions: RegionMap) -> None:
-        super().__init__(config, regions)
+    def __init__(self, setup: LearnerSetup) -> None:
+        super().__init__(setup)
         self.counts = np.zeros(_COUNTS, dtype=np.int64)
 
-    def update(
+    def learn(
         self, state: Region, action: int, reward: float, next_state: Region, *, terminal: bool
     ) -> None:
         """Count the transition and learn from it."""
         end = 3 * next_state[0] + next_state[1]
         if terminal:
-            end = GOAL_END if reward == GOAL_REWARD else BUMP_END
+            end = GOAL_END if reward == _REWARDS.goal else BUMP_END
         self.counts[state[0], state[1], action, end] += 1
-        super().update(state, action, reward, next_state, terminal=terminal)
+        super().learn(state, action, reward, next_state, terminal=terminal)
 
 
 def value_iteration(
@@ -178,7 +180,7 @@ def value_iteration(
     """
     total = counts.sum(axis=-1, keepdims=True)
     share = counts / np.maximum(total, 1)
-    reward = GOAL_REWARD * share[..., GOAL_END] + BUMP_REWARD * share[..., BUMP_END]
+    reward = _REWARDS.goal * share[..., GOAL_END] + _REWARDS.bump * share[..., BUMP_END]
     tried = total[..., 0] > 0
     q = np.zeros(reward.shape)
     while True:

@@ -1,13 +1,15 @@
 """The reproduction suite: every number of REPRODUCTION.md, and the document itself."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from goalreach_evaluation.path_metrics import wilson_interval
 from goalreach_lab.options import DocumentOptions
-from goalreach_lab.reproduction.driving_study import Condition, DrivenPath
-from goalreach_lab.row import BenchRow
+from goalreach_lab.reproduction.driving_study import Condition, DrivenPath, to_goal
+from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Study, find
 from goalreach_msgs_py.options import option
 
@@ -77,7 +79,6 @@ def execute(options: Options) -> list[BenchRow]:
 
 
 def _find(options: Options, study: Study) -> Any:
-
     return find(study, options.results, measure=not options.as_it_is)
 
 
@@ -138,11 +139,9 @@ def _compare_policies(options: Options) -> dict[str, object]:
 
 
 def _rows(driven: Mapping[tuple[str, str, str], list[DrivenPath]]) -> list[BenchRow]:
-    from goalreach_lab.reproduction.driving import goal_row
-
     least = {'nominal': 100.0, 'harsh': 99.5}
     return [
-        goal_row(
+        _goal_row(
             f'{mode}, {noise} noise, {kind} starts',
             paths,
             least[noise] if mode == 'fuzzy' else None,
@@ -150,3 +149,25 @@ def _rows(driven: Mapping[tuple[str, str, str], list[DrivenPath]]) -> list[Bench
         for (noise, mode, kind), paths in driven.items()
         if paths
     ]
+
+
+def _goal_row(name: str, paths: Sequence[DrivenPath], least: float | None) -> BenchRow:
+    """Return the row of the share of paths that reached the goal.
+
+    Args:
+        name: What was driven.
+        paths: Its paths, at least one.
+        least: Goal of the row in percent, or None.
+    """
+    reached = len(to_goal(paths))
+    low, high = wilson_interval(reached, len(paths))
+    lost = Counter(path.outcome for path in paths if path.outcome != 'goal')
+    return BenchRow(
+        name=f'{name}: goal reached',
+        unit='% of paths',
+        ours=100.0 * reached / len(paths),
+        goal=None if least is None else Goal(of='ours', relation='>=', bound=least),
+        n=len(paths),
+        note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %'
+        + ''.join(f'; {outcome} {count}' for outcome, count in sorted(lost.items())),
+    )

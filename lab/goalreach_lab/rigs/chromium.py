@@ -73,6 +73,15 @@ class Page:
         buttons = self.find(name).find_elements('css selector', 'label')
         next(button for button in buttons if button.text == label).click()
 
+    def chosen(self, name: str) -> str:
+        """Return the value that a group of buttons shows as chosen, '' for none."""
+        checked = self.find(name).find_elements('css selector', 'input:checked')
+        return str(checked[0].get_attribute('value')) if checked else ''
+
+    def shows(self, name: str, text: str) -> bool:
+        """Wait until an element has a text; return whether it did in time."""
+        return self.until(lambda: self.text(name) == text)
+
     def until(self, condition: Callable[[], object], limit_s: float = 40.0) -> bool:
         """Wait for a condition; return whether it held within the limit."""
         deadline_s = time.monotonic() + limit_s

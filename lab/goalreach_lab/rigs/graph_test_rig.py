@@ -5,6 +5,7 @@ from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 import tempfile
@@ -99,9 +100,15 @@ class GraphTestRig:
             stack.stop()
 
     @contextmanager
-    def probe(self, kind: str, number: float = 0.0) -> Iterator['Probe']:
-        """Measure a graph that runs, or will run, in the domain; see `ros_probe`."""
-        process = self._start('-m', _PROBE, kind, str(number))
+    def probe(self, kind: str, number: float = 0.0, *, stock: bool = False) -> Iterator['Probe']:
+        """Measure a graph that runs, or will run, in the domain; see `ros_probe`.
+
+        Args:
+            kind: What to measure.
+            number: Duration, s, or count.
+            stock: Whether the probe's DDS has its own defaults instead of our profile.
+        """
+        process = self._start('-m', _PROBE, kind, str(number), stock=stock)
         try:
             yield Probe(process)
         finally:
@@ -112,10 +119,11 @@ class GraphTestRig:
         with self.probe(kind, number) as probe:
             return probe.read()
 
-    def _start(self, *words: str) -> subprocess.Popen[str]:
+    def _start(self, *words: str, stock: bool = False) -> subprocess.Popen[str]:
+        plain = {**os.environ, 'ROS_DOMAIN_ID': str(self.domain)}
         return subprocess.Popen(
             [sys.executable, *words],
-            env=self._environment,
+            env=plain if stock else self._environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,  # ended while it starts, a process prints a traceback
@@ -134,19 +142,20 @@ class Probe:
         self._process = process
 
     def read(self) -> dict[str, Any]:
-        """Return the object on its next line.
+        """Return the next object that it prints.
 
         Raises:
             GoalreachError: It ended without printing one.
         """
-        line = self._process.stdout.readline() if self._process.stdout else ''
-        if not line:
-            raise GoalreachError('the graph under test did not come up')
-        values: dict[str, Any] = json.loads(line)
-        return values
+        for line in self._process.stdout or ():
+            if line.startswith('{'):  # Fast DDS prints its complaints there, too
+                values: dict[str, Any] = json.loads(line)
+                return values
+        raise GoalreachError('the graph under test did not come up')
 
 
 def _close(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGCONT)  # of one that stopped itself
     wait_or_kill(process, _END_S)
     if process.stdout:
         process.stdout.close()

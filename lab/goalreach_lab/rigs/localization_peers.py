@@ -12,7 +12,8 @@ from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.detection import Image, SpotDetector
+from goalreach_perception.detection import SpotDetector
+from goalreach_perception.local_spots import Image
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.measurement_model import Lens, project
 

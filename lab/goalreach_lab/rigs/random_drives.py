@@ -14,10 +14,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from goalreach_lab.batch.robot_batch import RobotBatch
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
-from goalreach_msgs_py.values import FloatArray, Pose2, Twist2
-from goalreach_sim.robot import Robot, Walls
+from goalreach_msgs_py.values import FloatArray
 from goalreach_sim.simulator_config import DriveConfig
 
 STEP_S = 0.04
@@ -26,7 +24,6 @@ STEPS = 125
 _HOLD = 25
 """Steps of a drive, five seconds, and of each of its commands; chosen."""
 
-_WATCHDOG_S = 0.5
 _CLEARANCE_M = 0.05
 
 
@@ -62,32 +59,6 @@ class RandomDrives:
         """Return the command of every drive in a step, (2, n)."""
         command: FloatArray = self.commands[step // _HOLD]
         return command
-
-
-def drive_batch(drives: RandomDrives, arena: Arena) -> FloatArray:
-    """Drive all at once; return where they end, (3, n)."""
-    count = drives.starts.shape[1]
-    batch = RobotBatch(DriveConfig(), _walls(arena), count, watchdog_s=_WATCHDOG_S)
-    batch.place(*drives.starts)
-    for step in range(STEPS):
-        batch.drive(*drives.command(step))
-        batch.advance(STEP_S)
-    return batch.poses
-
-
-def drive_one(drives: RandomDrives, index: int, arena: Arena) -> None:
-    """Drive a single one of them."""
-    robot = Robot(DriveConfig(), _walls(arena), watchdog_s=_WATCHDOG_S)
-    x_m, y_m, heading_rad = drives.starts[:, index].tolist()
-    robot.place(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
-    for step in range(STEPS):
-        speed, turn = drives.command(step)[:, index].tolist()
-        robot.drive(Twist2(linear_m_per_s=speed, steering_rad_per_s=turn))
-        robot.advance(STEP_S)
-
-
-def _walls(arena: Arena) -> Walls:
-    return Walls(width_m=arena.width_m, length_m=arena.length_m, body_radius_m=BODY_RADIUS_M)
 
 
 def is_irsim_installed() -> bool:
@@ -146,9 +117,7 @@ class IrSimDrives:
 
 
 def _world(arena: Arena, step_s: float, lidar_rays: int) -> dict[str, Any]:
-    config, width, length = DriveConfig(), arena.width_m, arena.length_m
-    top = [config.translation_speed_m_per_s, config.steering_speed_rad_per_s]
-    gain = [config.translation_acceleration_m_per_s2, config.steering_acceleration_rad_per_s2]
+    width, length = arena.width_m, arena.length_m
     lidar = {
         'name': 'lidar2d',
         'number': lidar_rays,
@@ -156,10 +125,28 @@ def _world(arena: Arena, step_s: float, lidar_rays: int) -> dict[str, Any]:
         'range_max': math.hypot(width, length),
     }
     corners = [[0.0, 0.0], [width, 0.0], [width, length], [0.0, length], [0.0, 0.0]]
+    middle, sensors = [width / 2, length / 2, 0.0], [lidar] if lidar_rays else []
+    return {
+        **irsim_robot(arena, step_s, state=middle, sensors=sensors),
+        'obstacle': [irsim_line(corners)],
+    }
+
+
+def irsim_robot(arena: Arena, step_s: float, **robot: object) -> dict[str, Any]:
+    """Return an empty world of IR-SIM with a robot of the shape and the limits of ours.
+
+    Args:
+        arena: Has the size.
+        step_s: Time of a step.
+        robot: Further entries of the robot.
+    """
+    config = DriveConfig()
+    top = [config.translation_speed_m_per_s, config.steering_speed_rad_per_s]
+    gain = [config.translation_acceleration_m_per_s2, config.steering_acceleration_rad_per_s2]
     return {
         'world': {
-            'width': width,
-            'height': length,
+            'width': arena.width_m,
+            'height': arena.length_m,
             'step_time': step_s,
             'sample_time': step_s,
             'collision_mode': 'stop',
@@ -168,14 +155,15 @@ def _world(arena: Arena, step_s: float, lidar_rays: int) -> dict[str, Any]:
             {
                 'kinematics': {'name': 'diff'},
                 'shape': {'name': 'circle', 'radius': BODY_RADIUS_M},
-                'state': [width / 2, length / 2, 0.0],
                 'vel_max': top,
                 'vel_min': [-value for value in top],
                 'acce': gain,
-                'sensors': [lidar] if lidar_rays else [],
+                **robot,
             }
         ],
-        'obstacle': [
-            {'shape': {'name': 'linestring', 'vertices': corners}, 'state': [0.0, 0.0, 0.0]}
-        ],
     }
+
+
+def irsim_line(points_m: list[list[float]]) -> dict[str, Any]:
+    """Return a wall of IR-SIM along points."""
+    return {'shape': {'name': 'linestring', 'vertices': points_m}, 'state': [0.0, 0.0, 0.0]}

@@ -1,13 +1,16 @@
 """Measures a running graph from a process of its own; the same for our graph and for floors.
 
-    python -m goalreach_lab.rigs.ros_probe ticks|latency|motion|nodes [NUMBER]
+    python -m goalreach_lab.rigs.ros_probe ticks|latency|motion|nodes|stops [NUMBER]
 
 Prints its result as a line of JSON; `motion` and `nodes` print a line before, once they listen.
+`stops` then stops itself by SIGSTOP.
 Times are of the monotonic clock, which all processes of a machine share.
 """
 
 from collections.abc import Callable
 import json
+import os
+import signal
 import sys
 import time
 from typing import Any
@@ -19,12 +22,12 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, Image
 
 from goalreach_msgs_py.pose_messages import twist_from_raw
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, SENSOR_QOS, subscribe_raw
 from goalreach_msgs_py.ros.process import terminate_with_launcher
-from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL
+from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL, IMAGE
 from goalreach_msgs_py.values import Twist2
 
 _LIMIT_S = 40.0
@@ -116,6 +119,17 @@ class _Probe:
         _print({'listens': True})
         found = self.serve(lambda: len(self.node.get_node_names()) > count)
         return {'at_s': time.monotonic() if found else None}
+
+    def stops(self, depth: float) -> dict[str, Any]:
+        """Take images reliably with a queue of so many; stop after the first, until SIGCONT."""
+        images: list[int] = []
+        subscribe_raw(
+            self.node, Image, IMAGE, lambda stamp_ns, _: images.append(stamp_ns), int(depth)
+        )
+        self.serve(lambda: bool(images))
+        _print({'stopped': bool(images)})
+        os.kill(os.getpid(), signal.SIGSTOP)
+        return {}
 
 
 def _print(values: dict[str, Any]) -> None:

@@ -5,7 +5,7 @@
 Messages are made once; callbacks only set a stamp and send.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 import sys
 from typing import Any, Final
@@ -21,7 +21,9 @@ from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan
 
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.diagnostic_messages import state_to_raw
+from goalreach_msgs_py.image_messages import image_to_raw
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_to_raw, twist_to_raw
 from goalreach_msgs_py.ros.messaging import (
     DEEP_QOS,
@@ -36,22 +38,7 @@ from goalreach_msgs_py.sensor_messages import (
     camera_to_raw,
     clock_to_raw,
     head_to_raw,
-    image_to_raw,
     landmarks_to_raw,
-)
-from goalreach_msgs_py.topics import (
-    BUMPERS,
-    CAMERA_INFO,
-    CLOCK,
-    CMD_VEL,
-    GROUND_TRUTH,
-    HEAD_COMMAND,
-    IMAGE,
-    JOINT_STATES,
-    LANDMARKS,
-    ODOM,
-    POSE,
-    STATE,
 )
 from goalreach_msgs_py.values import (
     Confidence,
@@ -118,21 +105,24 @@ class _Robot(_Relay):
         super().__init__('nomad200')
         frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
         odometry = Odometry(pose=_POSE, twist=_TWIST)
-        self.add_output(CLOCK, Clock, clock_to_raw(0))
+        self.add_output(topics.CLOCK, Clock, clock_to_raw(0))
         self.add_output(
-            GROUND_TRUTH, OdometryMsg, odometry_to_raw(odometry, 0, frame_id='map'), DEEP_QOS
+            topics.GROUND_TRUTH,
+            OdometryMsg,
+            odometry_to_raw(odometry, 0, frame_id='map'),
+            DEEP_QOS,
         )
-        self.add_output(ODOM, OdometryMsg, odometry_to_raw(odometry, 0, frame_id='odom'))
-        self.add_output(JOINT_STATES, JointState, head_to_raw(_HEAD, 0))
+        self.add_output(topics.ODOM, OdometryMsg, odometry_to_raw(odometry, 0, frame_id='odom'))
+        self.add_output(topics.JOINT_STATES, JointState, head_to_raw(_HEAD, 0))
         bumpers = bumpers_to_raw(frame.bumpers, 0, body_radius_m=0.2, scan_time_s=0.04)
-        self.add_output(BUMPERS, LaserScan, bumpers)
-        self.add_output(CAMERA_INFO, CameraInfo, camera_to_raw(frame.camera, 0), SENSOR_QOS)
-        self.add_output(IMAGE, Image, image_to_raw(frame.image, 0), SENSOR_QOS)
+        self.add_output(topics.BUMPERS, LaserScan, bumpers)
+        self.add_output(topics.CAMERA_INFO, CameraInfo, camera_to_raw(frame.camera, 0), SENSOR_QOS)
+        self.add_output(topics.IMAGE, Image, image_to_raw(frame.image, 0), SENSOR_QOS)
         self._missing: set[str] = set()
         self._stamp_ns = 0
         self._polls = 0
         self._lockstep = lockstep
-        for topic, kind in ((CMD_VEL, TwistStamped), (HEAD_COMMAND, JointState)):
+        for topic, kind in ((topics.CMD_VEL, TwistStamped), (topics.HEAD_COMMAND, JointState)):
             self.subscribe(topic, kind, partial(self._answered, topic))
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_POLL_S if lockstep else _PERIOD_NS * 1e-9, self._poll, clock=steady)
@@ -145,7 +135,7 @@ class _Robot(_Relay):
 
     def _tick(self) -> None:
         self._polls = 0
-        self._missing = {CMD_VEL, HEAD_COMMAND}
+        self._missing = {topics.CMD_VEL, topics.HEAD_COMMAND}
         self._stamp_ns += _PERIOD_NS
         self.answer(self._stamp_ns)
 
@@ -159,16 +149,16 @@ class _Robot(_Relay):
 def _localizer() -> _Relay:
     node = _Relay('landmark_localizer')
     node.add_output(
-        POSE,
+        topics.POSE,
         PoseWithCovarianceStamped,
         estimate_to_raw(PoseEstimate(pose=_POSE, covariance=np.eye(3)), 0),
     )
-    node.add_output(HEAD_COMMAND, JointState, head_to_raw(_HEAD, 0))
-    node.add_output(LANDMARKS, PolygonStamped, landmarks_to_raw([None] * 3, 0))
-    node.subscribe(CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
-    node.subscribe(JOINT_STATES, JointState)
-    node.subscribe(ODOM, OdometryMsg)
-    node.subscribe(IMAGE, Image, node.answer, SENSOR_QOS)
+    node.add_output(topics.HEAD_COMMAND, JointState, head_to_raw(_HEAD, 0))
+    node.add_output(topics.LANDMARKS, PolygonStamped, landmarks_to_raw([None] * 3, 0))
+    node.subscribe(topics.CAMERA_INFO, CameraInfo, qos=SENSOR_QOS)
+    node.subscribe(topics.JOINT_STATES, JointState)
+    node.subscribe(topics.ODOM, OdometryMsg)
+    node.subscribe(topics.IMAGE, Image, node.answer, SENSOR_QOS)
     return node
 
 
@@ -182,17 +172,17 @@ def _estimator() -> _Relay:
         goal_probability=1.4142135623730951e-5,
         confidence=Confidence.OK,
     )
-    node.add_output(STATE, DiagnosticArray, state_to_raw(state, 0), DEEP_QOS)
-    node.subscribe(CLOCK, Clock)
-    node.subscribe(POSE, PoseWithCovarianceStamped, node.answer)
+    node.add_output(topics.STATE, DiagnosticArray, state_to_raw(state, 0), DEEP_QOS)
+    node.subscribe(topics.CLOCK, Clock)
+    node.subscribe(topics.POSE, PoseWithCovarianceStamped, node.answer)
     return node
 
 
 def _controller() -> _Relay:
     node = _Relay('goal_reaching_controller')
-    node.add_output(CMD_VEL, TwistStamped, twist_to_raw(_TWIST, 0))
-    node.subscribe(BUMPERS, LaserScan)
-    node.subscribe(STATE, DiagnosticArray, node.answer)
+    node.add_output(topics.CMD_VEL, TwistStamped, twist_to_raw(_TWIST, 0))
+    node.subscribe(topics.BUMPERS, LaserScan)
+    node.subscribe(topics.STATE, DiagnosticArray, node.answer)
     return node
 
 
@@ -203,15 +193,12 @@ RELAYS: Final[dict[str, Callable[[], Node]]] = {
 }
 
 
-def _makers(kind: str, names: Sequence[str]) -> list[Callable[[], Node]]:
-    robot = partial(_Robot, lockstep=kind == 'lockstep')
-    return [robot if name == 'nomad200' else RELAYS[name] for name in names]
-
-
 def main() -> None:
     """Relay until SIGINT or SIGTERM."""
     kind, *names = sys.argv[1:]
-    raise SystemExit(run_nodes('relay', _makers(kind, names), arguments=[sys.argv[0]]))
+    robot = partial(_Robot, lockstep=kind == 'lockstep')
+    makers = [robot if name == 'nomad200' else RELAYS[name] for name in names]
+    raise SystemExit(run_nodes('relay', makers, arguments=[sys.argv[0]]))
 
 
 if __name__ == '__main__':

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 import cProfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePath
 import pstats
 import statistics
@@ -11,9 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from goalreach_evaluation.choices import choose_noise
 from goalreach_evaluation.drive import InProcessDrive
-from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.random_drives import STEPS, IrSimDrives, RandomDrives, is_irsim_installed
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.speed.measurement import Budget, spread
@@ -21,10 +19,7 @@ from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.options import option
 from goalreach_sim.simulator_config import SimulatorConfig
-
-SUMMARY = 'Camera frames a second of driving in one process, against the steps of IR-SIM'
 
 _LIDAR_RAYS: Final = 180
 _IRSIM_DRIVES: Final = 16
@@ -36,61 +31,32 @@ _OTHERS: Final = 'everything else'
 _OURS: Final = 'goalreach_'
 
 
-class _Round(NamedTuple):
-    """Frames and time of driving from all starts once."""
+def peer_row(rounds: int, seed: int) -> BenchRow:
+    """Return the row of ours and of IR-SIM with a lidar, measured in turns.
 
-    frames: int
-    cpu_s: float
-    wall_s: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Options(BenchOptions):
-    """Options of the suite."""
-
-    rounds: int = option(5, 'times all starts are driven', minimum=1)
-    noise: str = option('nominal', 'none, nominal, harsh or a file')
-
-
-def execute(options: Options) -> list[BenchRow]:
-    """Measure ours and IR-SIM with a lidar in turns.
-
-    Raises:
-        GoalreachError: An option or a file is refused.
+    Args:
+        rounds: Times all starts are driven.
+        seed: Seed of everything random.
     """
     peer = IrSimDrives(Arena(), lidar_rays=_LIDAR_RAYS) if is_irsim_installed() else None
     if peer is None:
         print('IR-SIM is not installed: left out (pip install goalreach[bench])')
-    rounds: list[_Round] = []
-    peer_steps: list[float] = []
-    for _ in range(options.rounds):
-        rounds.append(_drive_all_starts(options.noise, options.seed))
+    ours: list[tuple[int, float]] = []
+    steps: list[float] = []
+    for _ in range(rounds):
+        ours.append(_drive_all_starts(seed))
         if peer is not None:
-            peer_steps.append(_irsim_steps_per_s(peer, options.seed))
-    by_wall = [one.frames / one.wall_s for one in rounds]
-    return [
-        _peer_row(rounds, peer_steps),
-        BenchRow(
-            name='the same per second of the wall clock, best',
-            unit='frames/s',
-            ours=max(by_wall),
-            n=len(rounds),
-            note=f'median {statistics.median(by_wall):.0f}; other programs on the machine count',
-        ),
-    ]
-
-
-def _peer_row(rounds: Sequence[_Round], peer_steps: Sequence[float]) -> BenchRow:
-    by_cpu = [one.frames / one.cpu_s for one in rounds]
+            steps.append(_irsim_steps_per_s(peer, seed))
+    by_cpu = [frames / cpu_s for frames, cpu_s in ours]
     return BenchRow(
         name='driving in one process, frames per second of processor time, best',
         unit='frames/s',
         ours=max(by_cpu),
-        reference=max(peer_steps) if peer_steps else None,
-        reference_name=f'steps of IR-SIM with a lidar of {_LIDAR_RAYS} rays' if peer_steps else '',
-        goal=Goal(of='ratio', relation='>=', bound=1.2) if peer_steps else None,
-        n=len(rounds),
-        note=f'{spread(by_cpu, peer_steps)}; {rounds[0].frames} frames a round',
+        reference=max(steps) if steps else None,
+        reference_name=f'steps of IR-SIM with a lidar of {_LIDAR_RAYS} rays' if steps else '',
+        goal=Goal(of='ratio', relation='>=', bound=1.2) if steps else None,
+        n=rounds,
+        note=f'{spread(by_cpu, steps)}; {ours[0][0]} frames a round',
     )
 
 
@@ -105,13 +71,13 @@ def _in_process_drive(arena: Arena, noise: NoiseModel, seed: int, **more: Any) -
     )
 
 
-def _drive_all_starts(noise: str, seed: int) -> _Round:
-    """Drive from every start of the paper's arena; construction does not count."""
-    drive = _in_process_drive(Arena(), choose_noise(noise), seed)
-    cpu_s, wall_s = time.process_time(), time.perf_counter()
+def _drive_all_starts(seed: int) -> tuple[int, float]:
+    """Drive from every start of the paper's arena; return frames and processor time, s."""
+    drive = _in_process_drive(Arena(), NoiseModel(), seed)
+    began_s = time.process_time()
     for path, start in enumerate(Arena().starts):
         drive.drive(start, path=path)
-    return _Round(drive.frames, time.process_time() - cpu_s, time.perf_counter() - wall_s)
+    return drive.frames, time.process_time() - began_s
 
 
 def _irsim_steps_per_s(peer: IrSimDrives, seed: int) -> float:
@@ -123,7 +89,6 @@ def _irsim_steps_per_s(peer: IrSimDrives, seed: int) -> float:
 
 def driving_rows(budget: Budget) -> list[BenchRow]:
     """Return the row against IR-SIM, and the growth of a frame's time with image and LEDs."""
-    first, *_ = execute(Options(rounds=budget.count(5), seed=budget.seed))
     sizes = [width * height * 1e-6 for width, height in _SIZES_PX]
     by_size: list[list[float]] = [[] for _ in sizes]
     by_leds: list[list[float]] = [[] for _ in _LED_COUNTS]
@@ -133,7 +98,7 @@ def driving_rows(budget: Budget) -> list[BenchRow]:
         for place, leds in enumerate(_LED_COUNTS):
             by_leds[place].append(frame_ms(budget.seed + number, leds=leds))
     return [
-        first,
+        peer_row(budget.count(5), budget.seed),
         _growth_row('with the image', 'ms/Mpixel', sizes, by_size),
         _growth_row('with the number of LEDs', 'ms/LED', _LED_COUNTS, by_leds),
     ]

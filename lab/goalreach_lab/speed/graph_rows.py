@@ -17,6 +17,8 @@ from goalreach_msgs_py.topics import NODES
 _PERIOD_MS: Final = 40.0
 _ROUNDS: Final = 3
 _STARTS: Final = 12
+_DEPTH: Final = 10
+"""Queue of the stopped reader: RViz's."""
 _RELAY: Final = 'bare relay'
 _BARE: Final = 'four bare nodes'
 _LOCKSTEP: Final = ('--clock', 'lockstep', '--starts', 'random')
@@ -160,6 +162,26 @@ def _latency_row(
         goal=Goal(of='ratio', relation='<=', bound=bound),
         n=len(ours_ms),
     )
+
+
+def reader_rows(budget: Budget) -> list[BenchRow]:
+    """Return the rows of the time of a tick while a reliable reader of images is stopped."""
+    seconds, rows = budget.seconds(10.0), []
+    for name, words, bound in (
+        ('lockstep', _LOCKSTEP, 1.1),
+        ('real time', _REAL_TIME, 1.01),
+    ):
+        stopped: list[float] = []
+        alone: list[float] = []
+        with GraphTestRig.open() as rig, rig.stack(*words, '--seed', str(budget.seed)):
+            for _ in range(budget.count(2 * _ROUNDS)):
+                alone.append(_tick_ms(rig.measure('ticks', seconds)))
+                with rig.probe('stops', _DEPTH, stock=True) as probe:
+                    probe.read()
+                    stopped.append(_tick_ms(rig.measure('ticks', seconds)))
+        title = f'tick while a reader of images is stopped, {name}'
+        rows.append(_row(title, 'ms', stopped, alone, floor_name='no reader', bound=bound))
+    return rows
 
 
 def start_rows(budget: Budget) -> list[BenchRow]:

@@ -1,13 +1,13 @@
 """Learning against peers: stable-baselines3 with DQN, and IR-SIM driving for as long."""
 
 from dataclasses import dataclass
-import importlib.util
 import statistics
 import time
-from typing import Any, NamedTuple
 
 import numpy as np
 
+from goalreach_evaluation.sweep import CurveCase, learn_case
+from goalreach_lab.learners.curves import DQN, LIMIT, is_sb3_installed
 from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.random_drives import STEPS, IrSimDrives, RandomDrives, is_irsim_installed
 from goalreach_lab.row import BenchRow, Goal
@@ -21,16 +21,6 @@ SUMMARY = 'One learning phase against DQN on the same task and IR-SIM over the s
 _STEP_S = 0.1
 _MOST_DRIVES = 4000
 _FASTER = Goal(of='ratio', relation='<=', bound=1 / 200)
-_CHECK_STEPS = 250
-_MAX_STEPS = 40_000
-_DQN_SETTINGS: dict[str, Any] = {
-    'learning_rate': 1e-3,
-    'learning_starts': 200,
-    'gamma': 0.9,
-    'exploration_fraction': 0.15,
-    'target_update_interval': 250,
-}
-"""Chosen by hand for short episodes: exploration ends after 6000 actions. The rest is default."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +48,7 @@ def execute(options: Options) -> list[BenchRow]:
         if has_irsim:
             irsim.append(_irsim_s(drove_s, options.seed + number))
     rows = [_irsim_row(ours, robot_s, irsim)]
-    if dqn:
-        rows += _dqn_rows(ours, dqn)
-    return rows
+    return rows + (_dqn_rows(ours, dqn) if dqn else [])
 
 
 def _learn(seed: int) -> tuple[float, float]:
@@ -95,94 +83,37 @@ def _irsim_row(ours: list[float], robot_s: list[float], irsim: list[float]) -> B
     )
 
 
-def _dqn_rows(ours: list[float], dqn: list['DqnLearning']) -> list[BenchRow]:
-    reached = [one.reached for one in dqn]
+def learn_with_dqn(seed: int) -> tuple[float, float]:
+    """Return the time, s, and the paths that DQN needs until all starts lead to the goal.
+
+    Jitter and overshoot are those of our own learner. The policy is judged after every path, which
+    counts.
+    """
+    arena, began_s = Arena(), time.perf_counter()
+    case = CurveCase(
+        learner=DQN, arena_name=arena.name, arena=arena, noise_name='', noise=None, limit=LIMIT,
+        after=0, seed=seed,
+    )  # fmt: skip
+    found = learn_case(case)
+    return time.perf_counter() - began_s, found['paths'] if found['learned'] else LIMIT
+
+
+def _dqn_rows(ours: list[float], dqn: list[tuple[float, float]]) -> list[BenchRow]:
+    seconds, paths = map(statistics.median, zip(*dqn, strict=True))
     return [
         BenchRow(
-            name='learning to reach the goal from all 22 starts, median',
-            unit='s',
-            ours=statistics.median(ours),
-            reference=statistics.median(one.seconds for one in dqn),
+            name=name,
+            unit=unit,
+            ours=value,
+            reference=reference,
             reference_name='DQN of stable-baselines3',
             n=len(ours),
-            note='DQN stops when it first does, ours drives all 20 trials; at its end DQN '
-            f'reached it from {min(reached)} to {max(reached)} starts',
-        ),
-        BenchRow(
-            name='paths driven for that, median',
-            unit='paths',
-            ours=440.0,
-            reference=statistics.median(one.episodes for one in dqn),
-            reference_name='DQN of stable-baselines3',
-            n=len(ours),
-            note=f'{statistics.median(one.steps for one in dqn):.0f} actions of DQN',
-        ),
-    ]
-
-
-class DqnLearning(NamedTuple):
-    """Effort of DQN to reach the goal from all 22 starts.
-
-    Attributes:
-        seconds: Time spent learning, without the trials of the starts.
-        steps: Actions taken.
-        episodes: Paths driven.
-        reached: Number of starts from which the goal is reached at the end.
-    """
-
-    seconds: float
-    steps: int
-    episodes: int
-    reached: int
-
-
-def is_sb3_installed() -> bool:
-    """Return whether Gymnasium and stable-baselines3 can be imported; extra `sb3`."""
-    return all(importlib.util.find_spec(name) for name in ('gymnasium', 'stable_baselines3'))
-
-
-def learn_with_dqn(seed: int) -> DqnLearning:
-    """Learn until the greedy actions reach the goal from all starts, or the budget is used up.
-
-    Every 250 actions, all starts are tried. Jitter and overshoot are those of our own learner.
-
-    Args:
-        seed: Seed of agent and environment.
-    """
-    import gymnasium
-    from stable_baselines3 import DQN
-    from stable_baselines3.common.monitor import Monitor
-    import torch
-
-    from goalreach_learning.gym_environment import ENVIRONMENT_ID
-
-    torch.set_num_threads(1)
-    env: Any = Monitor(gymnasium.make(ENVIRONMENT_ID, start_jitter_m=0.05, overshoot_m=0.05))
-    trial = gymnasium.make(ENVIRONMENT_ID)
-    agent: Any = DQN('MlpPolicy', env, seed=seed, device='cpu', **_DQN_SETTINGS)
-    starts, tried_s, reached = len(Arena().starts), 0.0, 0
-
-    def go_on(_locals: object, _globals: object) -> bool:
-        nonlocal tried_s, reached
-        if agent.num_timesteps % _CHECK_STEPS:
-            return True
-        began_s = time.perf_counter()
-        reached = sum(_reaches(agent, trial, start) for start in range(starts))
-        tried_s += time.perf_counter() - began_s
-        return reached < starts
-
-    began_s = time.perf_counter()
-    agent.learn(_MAX_STEPS, callback=go_on)
-    seconds = time.perf_counter() - began_s - tried_s
-    return DqnLearning(seconds, agent.num_timesteps, len(env.get_episode_rewards()), reached)
-
-
-def _reaches(agent: Any, env: Any, start: int) -> bool:
-    """Return whether the greedy actions lead from a start to the goal."""
-    seen, info = env.reset(seed=0, options={'start': start})
-    ended = False
-    while not ended:
-        action, _ = agent.predict(seen, deterministic=True)
-        seen, _, terminated, truncated, info = env.step(action)
-        ended = terminated or truncated
-    return bool(info['is_success'])
+            note=f'DQN stops when all starts lead to the goal, at {LIMIT} paths at the latest; '
+            'ours drives all 20 trials',
+        )
+        for name, unit, value, reference in (
+            ('learning to reach the goal from all 22 starts, median', 's',
+             statistics.median(ours), seconds),
+            ('paths driven for that, median', 'paths', 440.0, paths),
+        )
+    ]  # fmt: skip

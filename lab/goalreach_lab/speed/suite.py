@@ -22,6 +22,7 @@ GROUPS: Final[Mapping[str, str]] = {
     'lockstep': 'graph_rows.lockstep_rows',
     'real-time': 'graph_rows.real_time_rows',
     'start': 'graph_rows.start_rows',
+    'readers': 'graph_rows.reader_rows',
     'learning': 'core_rows.learning_rows',
     'driving': 'driving.driving_rows',
     'localization': 'core_rows.localization_rows',

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_evaluation.results_file import ResultsFile
 from goalreach_lab.abroad.suite import Options, cells, execute
+from goalreach_lab.study_file import StudyFile
 from goalreach_msgs_py.errors import ConfigurationError
 
 GOAL = {'outcome': 'goal', 'duration_s': 8.0, 'errors': [[0.0254, 2.0], [0.0254, 10.0]]}
@@ -25,7 +25,7 @@ def test_a_case_without_a_pose_has_only_outcomes() -> None:
 
 def test_the_document_holds_what_was_driven_so_far(tmp_path: Path) -> None:
     path, key = tmp_path / 'abroad.jsonl', ('case', 'starts', 'number')
-    file = ResultsFile(path, key=key, settings={'seed': 7})
+    file = StudyFile(path, key=key, settings={'seed': 7})
     file.add(
         {'case': 'soft', 'starts': 'border', 'number': 8},
         {**GOAL, 'outcome': 'false-goal', 'trace': [[1.0, 2.0], [1.0, 1.0]]},

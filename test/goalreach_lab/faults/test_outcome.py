@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from goalreach_evaluation.results_file import ResultsFile
 from goalreach_lab.cli import main
 from goalreach_lab.faults.kinds import KINDS, choose_kinds
 from goalreach_lab.faults.observer import StackObserver
 from goalreach_lab.faults.outcome import FaultOutcome, outcome_table, summarise_kinds
+from goalreach_lab.study_file import StudyFile
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 
@@ -90,10 +90,10 @@ def test_kinds_are_chosen_by_a_word() -> None:
 def test_kept_outcomes_become_the_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = ResultsFile(tmp_path / 'faults.jsonl', key=('kind', 'number'), settings={'speed': 1.0})
+    file = StudyFile(tmp_path / 'faults.jsonl', key=('kind', 'number'), settings={'speed': 1.0})
     for number, outcome in enumerate(two_outcomes('/odom lost')):
         file.add({'kind': outcome.kind, 'number': number}, outcome.to_json())
-    stops = ResultsFile(tmp_path / 'stops.jsonl', key=('number',), settings={'speed': 1.0})
+    stops = StudyFile(tmp_path / 'stops.jsonl', key=('number',), settings={'speed': 1.0})
     stops.add({'number': 0}, {'node': 'n', 'signal': 'SIGKILL', 'taken_s': 0.7})
     document = tmp_path / 'FAULTS.md'
     words = ['--results', str(tmp_path), '--out', str(document), '--note', 'A quiet machine.']

@@ -41,6 +41,12 @@ def test_messages_come_twice(gate: Gate) -> None:
     assert [data for _, data in gate.arrive(b'a', 0.0)] == [b'a', b'a']
 
 
+def test_a_drifting_clock_is_right_at_first(gate: Gate) -> None:
+    gate.set('drift', -0.25)
+    passed = [gate.arrive(message(10), now_s)[0][1] for now_s in (100.0, 101.0, 103.0)]
+    assert passed == [message(10), message(9, 750_000_000), message(9, 250_000_000)]
+
+
 def test_neighbours_change_places(gate: Gate) -> None:
     gate.set('order', 0.0)
     passed = [data for name in (b'a', b'b', b'c', b'd') for _, data in gate.arrive(name, 0.0)]

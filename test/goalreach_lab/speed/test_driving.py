@@ -3,16 +3,12 @@ import pytest
 from goalreach_lab.rigs.random_drives import IrSimDrives
 from goalreach_lab.speed import driving
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
 
 
 @pytest.fixture
 def _two_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    rounds = iter([driving._Round(4000, 1.0, 8.0), driving._Round(4000, 1.6, 4.0)])
-    monkeypatch.setattr(driving, '_drive_all_starts', lambda _noise, _seed: next(rounds))
-
-
-OPTIONS = driving.Options(rounds=2)
+    rounds = iter([(4000, 1.0), (4000, 1.6)])
+    monkeypatch.setattr(driving, '_drive_all_starts', lambda _seed: next(rounds))
 
 
 @pytest.mark.usefixtures('_two_rounds')
@@ -20,9 +16,8 @@ def test_rows_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip('irsim', reason='the extra bench is not installed')
     steps = iter([1000.0, 2000.0])
     monkeypatch.setattr(driving, '_irsim_steps_per_s', lambda _peer, _seed: next(steps))
-    cpu, wall = driving.execute(OPTIONS)
+    cpu = driving.peer_row(2, 0)
     assert (cpu.ours, cpu.reference, cpu.met, cpu.n) == (4000.0, 2000.0, True, 2)
-    assert wall.ours == 1000.0
     assert 'from 2.5e+03 to 4e+03; reference from 1e+03 to 2e+03' in cpu.note
 
 
@@ -31,7 +26,7 @@ def test_without_the_peer_there_is_no_goal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(driving, 'is_irsim_installed', lambda: False)
-    cpu, _ = driving.execute(OPTIONS)
+    cpu = driving.peer_row(2, 0)
     assert (cpu.reference, cpu.goal) == (None, None)
     assert 'goalreach[bench]' in capsys.readouterr().out
 
@@ -44,11 +39,6 @@ def test_the_peer_has_a_lidar() -> None:
 
 
 def test_a_round_counts_every_frame() -> None:
-    done = driving._drive_all_starts('none', 0)
-    assert done.frames > 22 * 50
-    assert done.cpu_s > 0.0
-
-
-def test_refuses_no_rounds() -> None:
-    with pytest.raises(ConfigurationError, match='--rounds = 0'):
-        driving.Options(rounds=0)
+    frames, cpu_s = driving._drive_all_starts(0)
+    assert frames > 22 * 50
+    assert cpu_s > 0.0

@@ -12,7 +12,7 @@ from graphs import fresh_domain
 
 BUDGET = Budget(seed=1, scale=0.001)
 ALONE = ('driving', 'localization', 'recording', 'evaluation')
-GRAPHS = ('lockstep', 'real-time', 'start')
+GRAPHS = ('lockstep', 'real-time', 'start', 'readers')
 
 
 @pytest.fixture(autouse=True)

@@ -1,7 +1,6 @@
 import pytest
 
 from goalreach_lab.speed import learning_peers
-from goalreach_lab.speed.learning_peers import DqnLearning
 from goalreach_msgs_py.errors import ConfigurationError
 
 
@@ -19,11 +18,9 @@ def test_without_peers_the_rows_say_what_to_install(
 
 
 def test_rows_beside_dqn_by_hand() -> None:
-    dqn = [DqnLearning(4.0, 3000, 900, 22), DqnLearning(2.0, 1000, 300, 21)]
-    seconds, paths = learning_peers._dqn_rows([0.01, 0.03], dqn)
+    seconds, paths = learning_peers._dqn_rows([0.01, 0.03], [(4.0, 900.0), (2.0, 300.0)])
     assert seconds.ratio == pytest.approx(0.02 / 3.0)
     assert (paths.reference, paths.ours) == (600.0, 440.0)
-    assert 'from 21 to 22 starts' in seconds.note
 
 
 def test_refuses_no_rounds() -> None:

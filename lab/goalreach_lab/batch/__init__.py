@@ -1,1 +1,0 @@
-"""Thousands of robots and learning phases at once."""

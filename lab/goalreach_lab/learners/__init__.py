@@ -1,0 +1,1 @@
+"""What learners need until their policy leads to the goal from every start."""
