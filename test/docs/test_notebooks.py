@@ -24,6 +24,9 @@ FOLDER = Path(__file__).parents[2] / 'docs' / 'notebooks'
 NAMES = sorted(path.stem for path in FOLDER.glob('*.ipynb'))
 SOLUTIONS = yaml.safe_load((Path(__file__).parent / 'solutions.yaml').read_text())
 GRAPH = '5_the_live_graph'
+SAID = {
+    '6_your_own': [r'learned\.json: after 30 paths', r'[1-9]\d? of 22 starts lead to the goal']
+}
 SEGMENTS = '/dev/shm/fastrtps_'  # noqa: S108 - where Fast DDS keeps its shared memory
 
 
@@ -102,6 +105,8 @@ def test_a_notebook_runs_and_its_checks_can_fail(name: str, tmp_path: Path) -> N
         for index, cell in enumerate(cells):
             client.execute_cell(cell, index)
         outputs = [o for cell in cells for o in cell.get('outputs', [])]
+        text = ''.join(o.text for o in outputs if o.output_type == 'stream')
+        assert [said for said in SAID.get(name, []) if not re.search(said, text)] == []
         assert sum('image/png' in output.get('data', {}) for output in outputs) >= 4
         for number, answers in SOLUTIONS[name].items():
             delivered = printed(cells[tagged(client.nb, f'check-{number}')])

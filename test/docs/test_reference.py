@@ -15,6 +15,7 @@ from _venv import SIZES
 from goalreach_bringup import variables
 from goalreach_bringup.cli import COMMANDS
 from goalreach_msgs_py import topics
+from goalreach_msgs_py.arena_file import read_arena
 import graphs
 
 ROOT = Path(__file__).parents[2]
@@ -29,9 +30,10 @@ def contract() -> dict[str, str]:
     return {name: f'{package}/msg/{kind}' for name, package, kind in _ROW.findall(text)}
 
 
-def blocks(path: Path) -> Iterator[str]:
-    """Give the examples in Python of a document."""
-    yield from re.findall(r'^```python\n(.*?)^```', path.read_text(), re.MULTILINE | re.DOTALL)
+def blocks(path: Path, language: str = 'python') -> Iterator[str]:
+    """Give the examples in a language of a document."""
+    pattern = rf'^```{language}\n(.*?)^```'
+    yield from re.findall(pattern, path.read_text(), re.MULTILINE | re.DOTALL)
 
 
 def test_the_readme_is_short() -> None:
@@ -46,7 +48,7 @@ def test_the_readme_names_topics_and_commands_that_exist() -> None:
 
     assert len(named) >= 8
     assert named <= contract().keys()
-    assert {word for word in words if not word.endswith('.py')} == set(COMMANDS) - {'bench'}
+    assert {word for word in words if not word.endswith('.py')} == set(COMMANDS)
     assert all((ROOT / 'scripts' / word).is_file() for word in words if word.endswith('.py'))
 
 
@@ -89,7 +91,7 @@ def test_the_exit_statuses_are_those_described(tmp_path: Path) -> None:
     text = (ROOT / 'docs' / 'reference' / 'exit_status.md').read_text()
     rows = re.findall(r'^\| (\d\S*(?: \+ n)?) \|', text, re.MULTILINE)
     assert found == {row: int(row.split()[0]) for row in rows}
-    commands = re.findall(r'^\| `(\w+)', text, re.MULTILINE)
+    commands = re.findall(r'^\| `([\w-]+)', text, re.MULTILINE)
     assert set(commands) <= {*COMMANDS, 'scripts'}
 
 
@@ -128,6 +130,17 @@ def test_the_examples_of_tutorials_are_valid_python() -> None:
     assert len(found) >= 5
     for block in found:
         ast.parse(block)
+
+
+def test_the_arenas_of_pages_are_whole(tmp_path: Path) -> None:
+    pages = [ROOT / 'docs' / 'reference' / 'files.md', *ROOT.glob('docs/how-to/*.md')]
+    arenas = [text for page in pages for text in blocks(page, 'yaml') if 'leds_m:' in text]
+
+    assert len(arenas) >= 3
+    for text in arenas:
+        path = tmp_path / 'arena.yaml'
+        path.write_text(text)
+        read_arena(path)
 
 
 def test_the_tutorial_shows_the_ten_lines() -> None:

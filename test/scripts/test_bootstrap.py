@@ -308,12 +308,12 @@ def test_dependencies_are_those_of_the_distribution() -> None:
 
 def test_every_script_names_a_command() -> None:
     commands = {
-        path.name: re.findall(r"^    run\('(\w+)'\)$", path.read_text(), flags=re.MULTILINE)
+        path.name: re.findall(r"^    run\('([\w-]+)'\)$", path.read_text(), flags=re.MULTILINE)
         for path in (ROOT / 'scripts').glob('[a-z]*.py')
     }
     assert commands.pop('run_tests.py') == []
     assert commands.pop('bench.py') == []
     assert commands.pop('docs.py') == []
     assert commands.pop('run_stack.py') == ['run']
-    assert commands == {f'{name}.py': [name] for (name,) in commands.values()}
-    assert len(commands) == 10
+    assert commands == {f'{name.replace("-", "_")}.py': [name] for (name,) in commands.values()}
+    assert len(commands) == 14

@@ -15,6 +15,7 @@ from architecture import PACKAGES
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
+_LINES = re.MULTILINE | re.DOTALL
 DATA = {
     'goalreach_bringup/config/goalreach.rviz',
     'goalreach_dashboard/static/live.js',
@@ -63,10 +64,21 @@ def test_the_wheel_offers_the_command_and_needs_what_running_needs(wheel: ZipFil
     (info,) = {name.partition('/')[0] for name in wheel.namelist() if '.dist-info/' in name}
     metadata = Parser().parsestr(wheel.read(f'{info}/METADATA').decode())
     text = (ROOT / 'pyproject.toml').read_text()
-    dependencies = re.search(r'^dependencies = \[(.*?)^\]', text, re.MULTILINE | re.DOTALL)
+    dependencies = re.search(r'^dependencies = \[(.*?)^\]', text, _LINES)
 
     entries = wheel.read(f'{info}/entry_points.txt').decode()
-    assert entries == '[console_scripts]\ngoalreach = goalreach_bringup.cli:main\n'
+    learners = re.search(
+        r"^\[project.entry-points.'goalreach.learners'\]\n(.*?)\n\n", text, _LINES
+    )
+    assert learners is not None
+    assert sorted(filter(None, entries.splitlines())) == sorted(
+        [
+            '[console_scripts]',
+            'goalreach = goalreach_bringup.cli:main',
+            '[goalreach.learners]',
+            *learners[1].replace("'", '').splitlines(),
+        ]
+    )
     assert f"version = '{metadata['Version']}'" in text
     needed = {x for x in metadata.get_all('Requires-Dist', ()) if 'extra ==' not in x}
     assert dependencies is not None

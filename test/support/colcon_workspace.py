@@ -11,7 +11,21 @@ import subprocess
 import sys
 from xml.etree import ElementTree as ET
 
+import covered_lines
+
 PACKAGE_TYPE = '(ros.ament_python)'
+LEAST_COVERAGE = 75.0  # % of the lines of src, by the packages' own tests, without graphs
+_BRINGUP = 'goalreach_bringup/share/goalreach_bringup'
+SHARED = (
+    f'{_BRINGUP}/launch/goalreach.launch.py',
+    f'{_BRINGUP}/launch/page.launch.py',
+    f'{_BRINGUP}/params/lockstep.yaml',
+    f'{_BRINGUP}/rviz/goalreach.rviz',
+    f'{_BRINGUP}/urdf/nomad200.urdf',
+    'goalreach_msgs_py/share/goalreach_msgs_py/arenas/paper.yaml',
+    'goalreach_learning/share/goalreach_learning/policies/paper.json',
+)
+"""Files of share that must be installed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +74,7 @@ class Workspace:
             for package, name in declared
             if not (install / package / 'lib' / package / name).is_file()
         ]
+        lacking += [path for path in SHARED if not (install / path).is_file()]
         note = f'not installed: {lacking}' if lacking else f'{len(declared)} executables'
         return bool(declared) and not lacking, note
 
@@ -74,6 +89,15 @@ class Workspace:
         counts = {name: self._count(name) for name in self._packages()}
         note = ', '.join(f'{name} {count}' for name, count in counts.items())
         return ok and all(counts.values()), note
+
+    def measure_coverage(self) -> tuple[bool, str]:
+        """Check the share of the lines of src that ran in `test`."""
+        found = covered_lines.percent(self._lines, self.root)
+        return found >= LEAST_COVERAGE, f'{found:.0f} % of the lines of src'
+
+    @property
+    def _lines(self) -> Path:
+        return self.scratch / 'lines'
 
     def _packages(self) -> list[str]:
         return [path.parent.name for path in sorted(self.root.glob('src/*/package.xml'))]
@@ -94,5 +118,13 @@ class Workspace:
             check=False,
             text=True,
             stdout=subprocess.PIPE if capture else None,
-            env={**os.environ, 'HYPOTHESIS_STORAGE_DIRECTORY': str(self.scratch / 'hypothesis')},
+            env={
+                **os.environ,
+                'HYPOTHESIS_STORAGE_DIRECTORY': str(self.scratch / 'hypothesis'),
+                covered_lines.VARIABLE: str(self._lines),
+                'PYTEST_PLUGINS': covered_lines.__name__,  # colcon has PYTEST_ADDOPTS for itself
+                'PYTHONPATH': os.pathsep.join(
+                    filter(None, (str(Path(__file__).parent), os.environ.get('PYTHONPATH')))
+                ),
+            },
         )

@@ -22,7 +22,7 @@ from _environment import ROOT
 from _venv import say
 from colcon_workspace import Workspace
 
-TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis')
+TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis', 'slipcover')
 WORKERS = 3  # of pytest: tests of graphs wait as often as they compute
 LOW_PRIORITY = 10  # of the steps beside pytest, as `nice` counts: a tenth of a core's time at most
 
@@ -140,16 +140,22 @@ def _steps(options: argparse.Namespace, scratch: Path) -> tuple[list[Step], list
     ]
     beside: list[Step] = [('mypy', lambda: _command('mypy', '--strict'))]
     if colcon:
-        names = ('colcon list', 'colcon build', 'colcon test')
-        beside += zip(names, (colcon.list_packages, colcon.build, colcon.test), strict=True)
+        beside += [
+            ('colcon list', colcon.list_packages),
+            ('colcon build', colcon.build),
+            ('colcon test', colcon.test),
+            ('coverage', colcon.measure_coverage),
+        ]
     elif not options.fast and not options.pytest:
         print('colcon is not installed here: its steps are left out', flush=True)
     return steps, beside
 
 
 def _command(*words: str) -> tuple[bool, str]:
-    command = [sys.executable, '-m', *words]
-    return subprocess.run(command, cwd=ROOT, check=False).returncode == 0, ''
+    # Not by Python: it prints a traceback where Ctrl-C comes while it starts.
+    program = Path(sys.executable).with_name(words[0])
+    command = [str(program)] if program.is_file() else [sys.executable, '-m', words[0]]
+    return subprocess.run([*command, *words[1:]], cwd=ROOT, check=False).returncode == 0, ''
 
 
 def _pytest(arguments: list[str]) -> tuple[bool, str]:

@@ -23,7 +23,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
+from goalreach_msgs_py.ros.dds_profile import (
+    count_local_participants,
+    fast_dds_profile,
+    use_profile,
+)
 
 _DOMAINS = itertools.count()
 _CLAIMS: deque[socket.socket] = deque()
@@ -34,12 +38,14 @@ _END_S = 10.0
 
 
 def fresh_domain() -> int:
-    """Return a ROS_DOMAIN_ID that no other test on this machine uses.
+    """Return a ROS_DOMAIN_ID that nobody on this machine uses.
 
-    An abstract socket for each of the last numbers keeps other processes from taking them.
+    An abstract socket for each of the last numbers keeps other tests from taking them.
     """
     for _ in range(_DOMAIN_SPAN):
         domain = _LOWEST_DOMAIN + (os.getpid() * 7 + next(_DOMAINS)) % _DOMAIN_SPAN
+        if count_local_participants(domain):
+            continue
         claim = socket.socket(socket.AF_UNIX)
         try:
             claim.bind(f'\0goalreach-test-domain-{domain}')
@@ -50,7 +56,7 @@ def fresh_domain() -> int:
         if len(_CLAIMS) > _KEPT_CLAIMS:
             _CLAIMS.popleft().close()
         return domain
-    raise RuntimeError('tests use all domains: wait for those of another start')
+    raise RuntimeError('all domains are used: wait for those of another start')
 
 
 def join(domain: int, context: Context | None = None) -> None:
@@ -138,7 +144,7 @@ def abandoned(files: set[Path]) -> set[Path]:
 
     Ports below those of domain 0 are left out: the processes of all domains share them.
     """
-    shared = {path for path in files if re.search(r'port[0-7]\d{3}$', path.name)}
+    shared = {path for path in files if re.search(r'port[0-7]\d{3}(_\w+)?$', path.name)}
     return {path for path in files - shared if path.exists()} - _mapped(psutil.pids())
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,15 +67,24 @@ class Drive:
         seed: Of everything random.
         noise: Preset of the errors, drawn by the simulator and expected by the localizer.
         calibrate: Whether the localizer calibrates itself.
+        robot: Changes of the simulator's configuration.
     """
 
-    def __init__(self, seed: int, *, noise: str = 'nominal', calibrate: bool = False) -> None:
+    def __init__(
+        self,
+        seed: int,
+        *,
+        noise: str = 'nominal',
+        calibrate: bool = False,
+        robot: Mapping[str, Any] | None = None,
+    ) -> None:
         self._rng = np.random.default_rng([seed, 1])
         arena, model = Arena(), noise_preset(noise)
         start = random_pose(self._rng)
         config = replace(
             SimulatorConfig.for_arena(arena, model),
             start_pose=(start.x_m, start.y_m, start.heading_rad),
+            **(robot or {}),
         )
         self.simulator = Simulator(config, np.random.default_rng([seed, 2]))
         self.localizer = LandmarkLocalizer(

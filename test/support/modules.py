@@ -2,6 +2,7 @@
 
 import importlib.util
 from pathlib import Path
+import sys
 from types import ModuleType
 
 
@@ -11,5 +12,9 @@ def load_module(path: Path) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    sys.path.insert(0, str(path.parent))  # as for a script
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(path.parent))
     return module

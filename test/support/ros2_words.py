@@ -6,12 +6,11 @@ import sys
 ROS2 = [sys.executable, '-m', 'goalreach_bringup.cli', 'ros2']
 
 
-def ros2(environment: dict[str, str], *arguments: str, stdin: str = '') -> tuple[int, str, str]:
+def ros2(environment: dict[str, str], *arguments: str) -> tuple[int, str, str]:
     """Run a command to its end; return its exit status, and what it wrote to stdout and stderr."""
     done = subprocess.run(
         [*ROS2, *arguments],
         env=environment,
-        input=stdin,
         capture_output=True,
         check=False,
         text=True,

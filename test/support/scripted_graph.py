@@ -19,6 +19,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, Lase
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.diagnostic_messages import state_to_raw, transition_to_raw
+from goalreach_msgs_py.image_messages import image_to_raw
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_to_raw, twist_to_raw
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, header
 from goalreach_msgs_py.sensor_messages import (
@@ -26,7 +27,6 @@ from goalreach_msgs_py.sensor_messages import (
     camera_to_raw,
     clock_to_raw,
     head_to_raw,
-    image_to_raw,
     landmarks_to_raw,
 )
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT

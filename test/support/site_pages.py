@@ -12,6 +12,8 @@ import posixpath
 import re
 from typing import Any
 
+import yaml
+
 from architecture import PACKAGES
 from site_drawing import drawing_svg
 from site_reference import command_sections, parameter_sections
@@ -23,6 +25,8 @@ _CODE = re.compile(r'(^```.*?^```$|`[^`\n]+`)', re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r'\${1,2}([^$]+)\${1,2}')
 _FORMULA_PT = 12.5
 _MERMAID = re.compile(r'^```mermaid\n.*?^```$', re.MULTILINE | re.DOTALL)
+_PUBLIC_NAMES = Path(__file__).with_name('public_names.yaml')
+"""Names that the reference describes, by package and module."""
 _UNDRAWN = re.compile(r'\\big[lr]')  # sizes of brackets, which matplotlib does not know
 
 
@@ -98,10 +102,14 @@ def formula(tex: str) -> str:
 def api_page(package: str) -> str:
     """Return the page of a package's public names; Sphinx inserts their docstrings."""
     module = importlib.import_module(package)
+    names = yaml.safe_load(_PUBLIC_NAMES.read_text()).get(
+        package, {'': getattr(module, '__all__', [])}
+    )
+    homes = [(f'{package}.{place}'.rstrip('.'), name) for place, n in names.items() for name in n]
     lines, elsewhere = [], []
-    for name in sorted(getattr(module, '__all__', [])):
-        value = getattr(module, name)
-        home = getattr(value, '__module__', package) if hasattr(value, '__qualname__') else package
+    for place, name in sorted(homes, key=lambda home: home[1]):
+        value = getattr(importlib.import_module(place), name)
+        home = getattr(value, '__module__', place) if hasattr(value, '__qualname__') else place
         owner = home.partition('.')[0]
         if owner == package:
             lines += [f'.. {_directive(value)}:: {home}.{name}', *_members(value), '']

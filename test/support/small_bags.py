@@ -9,12 +9,11 @@ from typing import Any
 
 from mcap.writer import Writer
 import numpy as np
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability
 from rosbags.typesys import Stores, get_typestore
 
 from goalreach_bags.metadata import BagMetadata
 from goalreach_bags.options import StorageOptions
-from goalreach_bags.topic import INFINITE, BagTopic, message_definition
+from goalreach_bags.topic import BagTopic, message_definition
 from goalreach_bags.writer import BagWriter
 
 JOINTS = 'sensor_msgs/msg/JointState'
@@ -30,17 +29,18 @@ QOS_8 = (
     '  avoid_ros_namespace_conventions: false\n'
 )
 
-DEFAULT_OFFER = Qos(
-    history=QosHistory.UNKNOWN,
-    depth=0,
-    reliability=QosReliability.RELIABLE,
-    durability=QosDurability.VOLATILE,
-    deadline=INFINITE,
-    lifespan=INFINITE,
-    liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=INFINITE,
-    avoid_ros_namespace_conventions=False,
-)
+INFINITE = {'sec': 9223372036, 'nsec': 854775807}
+DEFAULT_OFFER = {
+    'history': 'unknown',
+    'depth': 0,
+    'reliability': 'reliable',
+    'durability': 'volatile',
+    'deadline': {**INFINITE},
+    'lifespan': {**INFINITE},
+    'liveliness': 'automatic',
+    'liveliness_lease_duration': {**INFINITE},
+    'avoid_ros_namespace_conventions': False,
+}
 """ROS 2's default as DDS shows it to others: history and depth are unknown."""
 
 
@@ -103,7 +103,8 @@ def write_bag(
         writer.add_topic(topic)
     for name, time_ns, data in messages:
         writer.write(name, time_ns, data)
-    return writer.close(custom)
+    writer.custom.update(custom or {})
+    return writer.close()
 
 
 def texts(count: int, size: int = 10) -> list[tuple[str, int, bytes]]:
