@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import permutations
 import math
 
@@ -276,16 +277,22 @@ def test_restore_discards_the_corrections_since_a_coarse_start() -> None:
     assert state.covariance[PAN_BIAS:, PAN_BIAS:] == pytest.approx(before[1])
 
 
+def contradict(state: PoseFilter, enough: Callable[[], bool]) -> None:
+    """Show images of two LEDs, one of them far off to either side in turn."""
+    wrong = np.array([[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]])
+    for image in range(200):
+        if enough():
+            return
+        seen = seen_from(state, wrong * (-1) ** image)
+        state.correct(state.predict_leds(LENS, JOINTS), ALL[:2], seen[:2], np.full(2, 0.1))
+    pytest.fail('200 images were not enough')
+
+
 def test_images_refute_a_coarse_pose_and_what_they_told_of_constants_is_forgotten() -> None:
     state = started(calibrate=True)
     state.start(START, np.diag([0.01, 0.01, 0.0025]), coarse=True)
     prior = state.mean[LEDS:MOUNT].copy(), state.covariance[HEIGHT:, HEIGHT:].copy()
-    wrong, images = np.array([[0.0, 0.0], [60.0, 0.0], [0.0, 0.0]]), 0
-    while not state.is_refuted:
-        seen = seen_from(state, wrong * (-1) ** images)
-        state.correct(state.predict_leds(LENS, JOINTS), ALL[:2], seen[:2], np.full(2, 0.1))
-        images += 1
-        assert images < 200
+    contradict(state, lambda: state.is_refuted)
     assert state.misfit
     state.reset()
     assert not state.is_refuted
@@ -294,6 +301,21 @@ def test_images_refute_a_coarse_pose_and_what_they_told_of_constants_is_forgotte
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior[1])
     state.start(START, np.diag([0.01, 0.01, 0.0025]))
     assert not state.is_refuted
+
+
+def test_a_model_that_did_not_fit_refutes_no_later_pose_and_is_not_forgotten_with_one() -> None:
+    state = started(calibrate=True)
+    contradict(state, lambda: state._growth > 20.0)
+    grown, misfit = state._growth, state.misfit
+    state.fade(np.inf)
+    prior = state.covariance[HEIGHT:, HEIGHT:].copy()
+    state.start(START, np.diag([0.01, 0.01, 0.0025]), coarse=True)
+    assert not state.is_refuted
+    contradict(state, lambda: state.is_refuted)
+    assert state._growth > 9.0 * grown
+    state.reset()
+    assert state.misfit == misfit
+    assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)
 
 
 def test_an_led_is_suspect_at_fewer_sigmas_than_the_height_of_the_camera() -> None:

@@ -138,7 +138,8 @@ class PoseFilter:
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
         self.last_innovation, self.coarse, self.doubted = (0.0, 0), False, False
-        self._watch, self._growth, self._unfaded_s = InnovationWatch(), 1.0, 0.0
+        self._watch, self._unfaded_s = InnovationWatch(), 0.0
+        self._growth = self._growth_before = 1.0
         self._suspects = ConstantsWatch(self.mean, sigmas, self._places)
 
     def joint_gate(self, landmarks: int) -> float:
@@ -260,6 +261,7 @@ class PoseFilter:
         """
         self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
+        self._growth_before = self._growth
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
         self._motion.restart(pose.x_m, pose.y_m)
         self.covariance[:3, :] = 0.0
@@ -273,13 +275,17 @@ class PoseFilter:
     @property
     def is_refuted(self) -> bool:
         """Whether images contradict a coarse pose: it is another one that fits two lights."""
-        return self.coarse and self._growth > _LARGEST_COARSE_GROWTH
+        return self.coarse and self._growth > _LARGEST_COARSE_GROWTH * self._growth_before
 
     def reset(self) -> None:
-        """Forget what images told of constants, growth included: a wrong pose explained them."""
-        self._memory.grow(1.0 / self._growth)
+        """Forget what images told of constants, growth included: a wrong pose explained them.
+
+        What they told before a pose that is refuted still counts.
+        """
+        growth = self._growth_before if self.is_refuted else 1.0
+        self._memory.grow(growth / self._growth)
         self.fade(math.inf)
-        self._growth, self._suspects.suspect = 1.0, 0
+        self._growth, self._suspects.suspect = growth, 0
 
     def forget_all_but_delay(self) -> None:
         """Forget what images told of constants while the delay was taken for other errors."""
