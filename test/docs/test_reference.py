@@ -115,7 +115,7 @@ def test_the_contract_lists_the_topics_of_a_run(tmp_path: Path) -> None:
             seen.update((name, kinds[0]) for name, kinds in node.get_topic_names_and_types())
             return contract().keys() <= seen.keys()
 
-        serve_until(complete, 40.0)
+        serve_until(complete, 90.0)
 
     assert {name: kind for name, kind in seen.items() if not _OWN.fullmatch(name)} == contract()
     services = (ROOT / 'docs' / 'CONTRACT.md').read_text()

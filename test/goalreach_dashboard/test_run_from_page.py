@@ -26,7 +26,7 @@ from goalreach_lab.rigs.dashboard_clients import dashboard_clients
 import graphs
 
 pytestmark = pytest.mark.graph
-_LIMIT_S = 60.0
+_LIMIT_S = 90.0
 _QUICK = ['run', '--dashboard', '--composed', '--speed', '2', '--start', '1.8,2.6,-90']
 _SAVED = """
 const done = arguments[arguments.length - 1], make = URL.createObjectURL;

@@ -27,7 +27,7 @@ from goalreach_msgs_py.sensor_messages import head_to_raw
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
 import graphs
 
-LIMIT_S = 30.0
+LIMIT_S = 90.0
 END_S = 10.0
 MODULES = {
     'nomad200': 'goalreach_sim.nomad200_node',

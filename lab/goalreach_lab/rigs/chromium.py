@@ -82,7 +82,7 @@ class Page:
         """Wait until an element has a text; return whether it did in time."""
         return self.until(lambda: self.text(name) == text)
 
-    def until(self, condition: Callable[[], object], limit_s: float = 40.0) -> bool:
+    def until(self, condition: Callable[[], object], limit_s: float = 90.0) -> bool:
         """Wait for a condition; return whether it held within the limit."""
         deadline_s = time.monotonic() + limit_s
         while not condition():

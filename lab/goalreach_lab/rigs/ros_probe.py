@@ -30,7 +30,7 @@ from goalreach_msgs_py.ros.process import terminate_with_launcher
 from goalreach_msgs_py.topics import CAMERA_INFO, CLOCK, CMD_VEL, IMAGE
 from goalreach_msgs_py.values import Twist2
 
-_LIMIT_S = 40.0
+_LIMIT_S = 90.0
 _SETTLE_S = 1.0
 _SPIN_S = 0.02
 _AT_REST = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)

@@ -19,7 +19,7 @@ from small_bags import string_topic, text_message, write_bag
 
 APART_NS = 50_000_000
 COUNT = 40
-LIMIT_S = 20.0
+LIMIT_S = 90.0
 
 
 @contextmanager

@@ -113,11 +113,11 @@ def test_replay_brings_every_message_and_latched_ones_late(
         node.create_subscription(PoseWithCovarianceStamped, '/pose', poses.append, qos, raw=True)
         arguments = ['replay', str(reference), '--rate', '4', '--clock', '--delay', '3']
         with graphs.goalreach(arguments, domain=domain, home=tmp_path) as player:
-            assert serve_until(lambda: len(poses) > 20, 30.0)
+            assert serve_until(lambda: len(poses) > 20, 90.0)
             node.create_subscription(
                 MarkerArray, '/arena/markers', markers.append, LATCHED_QOS, raw=True
             )
-            assert serve_until(lambda: player.poll() is not None, 30.0)
+            assert serve_until(lambda: player.poll() is not None, 90.0)
             serve_until(lambda: False, 0.3)
 
     with BagReader(reference) as bag:
@@ -138,13 +138,13 @@ def test_recorder_gets_what_another_subscriber_gets(tmp_path: Path, storage: str
         node.create_subscription(Image, '/image', heard['/image'].append, deep, raw=True)
         arguments = ['record', str(path), '--storage', storage, '--topics', '/text', 'image']
         with graphs.goalreach(arguments, domain=domain, home=tmp_path) as recorder:
-            assert serve_until(lambda: text.get_subscription_count() == 2, 20.0)
-            assert serve_until(lambda: image.get_subscription_count() == 2, 20.0)
+            assert serve_until(lambda: text.get_subscription_count() == 2, 90.0)
+            assert serve_until(lambda: image.get_subscription_count() == 2, 90.0)
             for number in range(100):
                 text.publish(String(data=f'{number}'))
                 image.publish(Image(width=number, data=bytes(50_000)))
                 serve_until(lambda: False, 0.01)
-            assert serve_until(lambda: all(len(h) == 100 for h in heard.values()), 10.0)
+            assert serve_until(lambda: all(len(h) == 100 for h in heard.values()), 90.0)
             recorder.send_signal(signal.SIGINT)
             said = recorder.communicate(timeout=20.0)[0]
 
@@ -170,13 +170,13 @@ def test_killed_recorder_leaves_a_bag_to_repair(tmp_path: Path) -> None:
     with graphs.onlooker(domain) as (node, serve_until):
         text = node.create_publisher(String, '/text', 10)
         with graphs.goalreach(['record', str(path)], domain=domain, home=tmp_path) as recorder:
-            assert serve_until(lambda: text.get_subscription_count() == 1, 20.0)
+            assert serve_until(lambda: text.get_subscription_count() == 1, 90.0)
 
             def grown() -> bool:
                 text.publish(String(data='x' * 1000))
                 return path.exists() and any(f.stat().st_size > 5000 for f in path.iterdir())
 
-            assert serve_until(grown, 20.0)
+            assert serve_until(grown, 90.0)
             recorder.kill()
 
     assert repair_bag(path).messages > 0

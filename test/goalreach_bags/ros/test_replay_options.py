@@ -18,7 +18,7 @@ import graphs
 from small_bags import FOREIGN_COUNT, string_topic, text_message, write_bag, write_foreign
 
 COUNT = 30
-LIMIT_S = 20.0
+LIMIT_S = 90.0
 ServeUntil = Callable[[Callable[[], bool], float], bool]
 
 

@@ -58,9 +58,9 @@ def caller(domain: int) -> Iterator[Call]:
 
         def call(kind: type[Any], name: str, request: object) -> Any:  # noqa: ANN401 - any type
             client = node.create_client(kind, name)
-            assert serve_until(client.service_is_ready, 20.0), name
+            assert serve_until(client.service_is_ready, 90.0), name
             future = client.call_async(request)
-            assert serve_until(future.done, 10.0), name
+            assert serve_until(future.done, 90.0), name
             return future.result()
 
         yield call

@@ -80,7 +80,7 @@ def test_each_reader_hears_what_its_profile_allows(tmp_path: Path) -> None:
         }
         needed |= {('transient local', topic) for topic in LATCHED}
         complete: Callable[[], bool] = lambda: needed <= heard.keys()  # noqa: E731 - a type
-        serve_until(lambda: complete() and len(heard['reliable', IMAGE]) > 100, 60.0)
+        serve_until(lambda: complete() and len(heard['reliable', IMAGE]) > 100, 90.0)
         check_ends(node)
     assert len(TYPES) > 15
     assert len(LATCHED) == 2

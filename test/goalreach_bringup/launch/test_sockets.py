@@ -23,9 +23,9 @@ def test_nothing_of_a_run_listens_beyond_loopback(tmp_path: Path) -> None:
         graphs.onlooker(domain) as (node, serve_until),
         graphs.goalreach(arguments, domain=domain, home=tmp_path) as run,
     ):
-        assert serve_until(lambda: len(node.get_node_names()) >= 6 + PAGE, 40.0)
+        assert serve_until(lambda: len(node.get_node_names()) >= 6 + PAGE, 90.0)
         if PAGE:
-            assert serve_until(lambda: page_listens(tmp_path), 40.0), run.communicate()[0]
+            assert serve_until(lambda: page_listens(tmp_path), 90.0), run.communicate()[0]
         processes = processes_of(tmp_path)
         found = {pid: listeners_of(pid) for pid in processes}
     names = {holdings.name for holdings in processes.values()}

@@ -31,24 +31,25 @@ def process_of(launcher: subprocess.Popen[str], node: str) -> int:
 @pytest.mark.parametrize('node', NODES)
 def test_the_run_goes_on_after_a_node_was_killed(tmp_path: Path, node: str) -> None:
     domain = graphs.fresh_domain()
-    arguments = ['run', '--paths', '1', '--start', '0.5,4.3,-90', '--clock', 'lockstep']
+    paths = 5  # a run that lasts: the test may meet its graph late
+    arguments = ['run', '--paths', str(paths), '--clock', 'lockstep']
     truth: list[Odometry] = []
     with graphs.onlooker(domain) as (watcher, serve_until):
         graphs.collect(watcher, Odometry, '/ground_truth/odom', QoSProfile(depth=1000), truth)
         with graphs.goalreach(arguments, domain=domain, home=tmp_path) as run:
-            assert serve_until(lambda: len(truth) > 40, 30.0), run.communicate()[0]
+            assert serve_until(lambda: len(truth) > 40, 90.0), run.communicate()[0]
             victim = process_of(run, node)
             os.kill(victim, signal.SIGKILL)
-            assert serve_until(lambda: run.poll() is not None, 60.0)
+            assert serve_until(lambda: run.poll() is not None, 90.0)
             output, _ = run.communicate()
     assert run.returncode == 0, output
     assert f'{node}: error: was ended by SIGKILL; restarting it' in output
-    assert '1 of 1 paths reached the goal' in output
+    assert f'{paths} of {paths} paths reached the goal' in output
     stamps = [stamp_from_msg(message.header.stamp) for message in truth]
     assert stamps == sorted(stamps)
     poses = [message.pose.pose.position for message in truth]
     steps = [abs(b.x - a.x) + abs(b.y - a.y) for a, b in itertools.pairwise(poses)]
-    assert max(steps[2:]) < 0.05
+    assert sum(step > 0.05 for step in steps[2:]) < paths  # none but from path to path
 
 
 @pytest.mark.graph
@@ -58,7 +59,7 @@ def test_a_node_that_keeps_dying_ends_the_run(tmp_path: Path) -> None:
     with graphs.onlooker(domain) as (watcher, serve_until):
         graphs.collect(watcher, TwistStamped, '/cmd_vel', RELIABLE_QOS, commands)
         with graphs.goalreach(['run'], domain=domain, home=tmp_path) as run:
-            assert serve_until(lambda: bool(commands), 30.0), run.communicate()[0]
+            assert serve_until(lambda: bool(commands), 90.0), run.communicate()[0]
             while run.poll() is None:
                 victim = find_descendant(run.pid, 'state_estimator')
                 if victim is not None:

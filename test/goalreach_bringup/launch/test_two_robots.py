@@ -98,8 +98,8 @@ def test_names_follow_the_namespace_and_one_namespace_has_one_run(tmp_path: Path
         graphs.onlooker(domain) as (node, serve_until),
         graphs.goalreach(words, domain=domain, home=tmp_path) as run,
     ):
-        assert serve_until(lambda: names_of(node)['/robot1/run_monitor'] == 1, 40.0)
-        assert serve_until(lambda: bool(node.count_publishers('/robot1/cmd_vel')), 20.0)
+        assert serve_until(lambda: names_of(node)['/robot1/run_monitor'] == 1, 90.0)
+        assert serve_until(lambda: bool(node.count_publishers('/robot1/cmd_vel')), 90.0)
         topics = {name for name, _ in node.get_topic_names_and_types()}
         shared = {'/clock', '/parameter_events', '/rosout'}
         assert {name for name in topics if not name.startswith('/robot1/')} == shared

@@ -16,7 +16,7 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.topics import NODES
 from graphs import fresh_domain, join
 
-LIMIT_S = 20.0
+LIMIT_S = 90.0
 FRAMES = 16
 SLOW_FRAME_S = 0.3
 

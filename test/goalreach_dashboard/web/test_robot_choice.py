@@ -17,7 +17,7 @@ from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.values import Confidence, Pose2, RegionState
 import graphs
 
-LIMIT_S = 40.0
+LIMIT_S = 90.0
 ONES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 REGIONS = {'robot1': (0, 0), 'robot2': (2, 1)}
 

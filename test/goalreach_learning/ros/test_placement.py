@@ -14,7 +14,7 @@ import graphs
 
 pytestmark = pytest.mark.graph
 
-LIMIT_S = 20.0
+LIMIT_S = 90.0
 Server = Callable[[Callable[[], bool], float], bool]
 START = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
 
@@ -29,7 +29,7 @@ def test_an_action_runs_once_as_soon_as_the_condition_holds(*, holds: bool) -> N
         assert bool(ran) is holds
         assert serve_until(lambda: bool(ran), 0.2) is holds
         holding[0] = True
-        assert serve_until(lambda: bool(ran), 10.0)
+        assert serve_until(lambda: bool(ran), 90.0)
         assert not serve_until(lambda: len(ran) > 1, 0.2)
 
 

@@ -83,15 +83,15 @@ def test_it_listens_to_ends_once_it_hears_ticks_and_judges_what_it_hears(
 
         # The end of the monitor of the test before may still be on its way.
         assert serve_until(
-            lambda: served(listening=0) and not transitions.get_subscription_count(), 10.0
+            lambda: served(listening=0) and not transitions.get_subscription_count(), 90.0
         )
         truths.publish(odometry_to_raw(TRUTH, 40, frame_id=MAP_FRAME))
         executor.spin_once(timeout_sec=0.1)
         assert not transitions.get_subscription_count()
         states.publish(state_to_raw(STATE_AT_START, 40))
-        assert serve_until(lambda: served(listening=1), 10.0)
+        assert serve_until(lambda: served(listening=1), 90.0)
         transitions.publish(transition_to_raw(end_of_path(path), 40))
-        assert serve_until(lambda: served(listening=1) and bool(results), 10.0)
+        assert serve_until(lambda: served(listening=1) and bool(results), 90.0)
     assert [result.outcome for result in results] == ['goal']
     assert monitor.unjudged == path
     executor.shutdown()

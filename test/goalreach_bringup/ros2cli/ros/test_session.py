@@ -28,7 +28,7 @@ def test_a_reader_has_shared_memory_only_where_asked(
         monkeypatch.delenv(PROFILE_VARIABLE, raising=False)  # the onlooker's
         reader = stack.enter_context(graphs.goalreach(words, domain=domain, home=tmp_path))
         publisher = node.create_publisher(String, '/word', 10)
-        assert serve_until(lambda: publisher.get_subscription_count() == 1, 20.0)
+        assert serve_until(lambda: publisher.get_subscription_count() == 1, 90.0)
         assert bool(graphs.shared_memory_of(reader.pid)) is bool(transports)
         publisher.publish(String(data='first'))
         assert reader.stdout is not None
