@@ -160,8 +160,13 @@ def test_noise_alone_has_no_spots() -> None:
     assert len(DETECTOR.in_frame(wild).peaks_dn) == 0
 
 
-def test_windows_outside_the_image_are_empty() -> None:
+@pytest.mark.parametrize('background_dn', [8.0, 60.0])
+def test_windows_outside_the_image_are_empty(background_dn: float) -> None:
     image = spot_image([(5.0, 5.0, 200.0)])
+    image[:, 300:] = round(background_dn)  # where that is uneven, the next image is expected so
+    spot = spot_image([(5.0, 5.0, 150.0)], background_dn=background_dn)
+    image[195:206, 400:411] = spot[:11, :11]
+    assert DETECTOR.in_windows(image, [(404.0, 201.0)], [20]).led_like == [True]
     spots = DETECTOR.in_windows(image, [(-100.0, 50.0), (700.0, 50.0), (20.0, 900.0)], [20] * 3)
     assert spots.led_like == [False] * 3
 

@@ -210,7 +210,8 @@ class SpotDetector:
         windows[: len(skip_px)] = map(self._masked, windows, skip_px)
         corners = [*starmap(brightest_pixel, windows)]
         if was_uneven:
-            rows, spots = [*range(len(corners))], Spots.unknown(len(corners))
+            rows = [row for row, (pixels, *_) in enumerate(windows) if pixels.size]
+            spots = Spots.unknown(len(corners))
         else:
             spots, sure = self._refine(image, corners, background_dn)
             if all(sure):
