@@ -33,7 +33,7 @@ import yaml
 os.environ.setdefault('MUJOCO_GL', 'egl' if find_library('EGL') else 'osmesa')
 import mujoco  # chooses its renderer by that variable when it is imported
 from obstacles import FARTHEST_M, OCCLUDERS, ROOM, Obstacles, add_obstacles
-from sensor import Sensor
+from sensor import Sensor, blur_and_shrink
 from surfaces import add_lights, add_surfaces, paint_walls
 from wheels import fit_wheels
 
@@ -140,9 +140,7 @@ class Robot:
             if half < EDGE_PX and 0 <= left < self.columns and 0 <= top < self.rows:
                 left, top, size = round(left) - half, round(top) - half, 2 * half
                 fine = self.shoot(self.tile, [LIGHTS, OCCLUDERS], left, top, size)[..., :2]
-                fine = fine / np.float32(255)
-                fine = cv2.GaussianBlur(fine, (0, 0), TILE / size * sigma_px)  # then sampled
-                light = fine.reshape(size, TILE // size, size, TILE // size, 2).mean((1, 3))
+                light = blur_and_shrink(fine, TILE / size * sigma_px, size)
                 window = image[EDGE_PX + top :, EDGE_PX + left :][:size, :size]
                 window += BRIGHTEST_DN * light[..., 0] - light[..., 1] * window
         return inside
