@@ -139,7 +139,7 @@ class Robot:
             left, top = self.columns / 2 + scale * x, self.rows / 2 - scale * y
             if half < EDGE_PX and 0 <= left < self.columns and 0 <= top < self.rows:
                 left, top, size = round(left) - half, round(top) - half, 2 * half
-                fine = self.shoot(self.tile, [LIGHTS, OCCLUDERS], left, top, size)[..., :2]
+                fine = self.shoot(self.tile, [LIGHTS, OCCLUDERS], left, top, size)
                 light = blur_and_shrink(fine, TILE / size * sigma_px, size)
                 window = image[EDGE_PX + top :, EDGE_PX + left :][:size, :size]
                 window += BRIGHTEST_DN * light[..., 0] - light[..., 1] * window

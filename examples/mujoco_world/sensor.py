@@ -21,8 +21,8 @@ def blur_and_shrink(tile: Any, sigma_px: float, size: int) -> Any:
     """
     coarse = 2.0 ** max(0, math.floor(math.log2(sigma_px / 4)))
     shrink = partial(cv2.resize, interpolation=cv2.INTER_AREA)
-    tile = shrink(tile / np.float32(255), [round(len(tile) / coarse)] * 2)
-    return shrink(cv2.GaussianBlur(tile, (0, 0), sigma_px / coarse), [size, size])
+    tile = shrink(tile.astype(np.float32), [round(len(tile) / coarse)] * 2)
+    return shrink(cv2.GaussianBlur(tile, (0, 0), sigma_px / coarse), [size, size]) / 255
 
 
 class Sensor:
