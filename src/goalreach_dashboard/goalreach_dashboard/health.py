@@ -43,12 +43,7 @@ class TopicRate:
     _samples: deque[tuple[float, int]] = field(default_factory=deque)
 
     def record_message(self, now_s: float, number: int) -> None:
-        """Record a message.
-
-        Args:
-            now_s: Time of the monotonic clock.
-            number: The publisher's ascending sequence number; a new publisher starts again.
-        """
+        """Record a message by the publisher's ascending number; a new publisher starts again."""
         if number == self._number:
             return
         step = 1 if self._number is None or number < self._number else number - self._number

@@ -109,13 +109,7 @@ class PoseHistory:
         return distance_m > _TOLERANCE_M + _MAX_SPEED_M_PER_S * elapsed_s
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, trusted: bool) -> None:
-        """Add the estimate of a stamp.
-
-        Args:
-            stamp_ns: The stamp.
-            estimate: The estimate.
-            trusted: Whether it belongs on the trail.
-        """
+        """Add the estimate of a stamp; one that is trusted belongs on the trail."""
         self.estimate, self.estimate_ns = estimate, stamp_ns
         pose, truth = estimate.pose, self.truths.get(stamp_ns)
         self.compared = truth

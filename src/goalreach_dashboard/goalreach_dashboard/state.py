@@ -71,9 +71,7 @@ class PathStatistics:
     def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
         """Add a finished action; return the outcome of the path that it ends.
 
-        Args:
-            transition: The action.
-            in_goal: Whether the true position is in the goal region; None where unknown.
+        Where unknown whether the true position is in the goal region, `in_goal` is None.
         """
         self.last = transition
         if transition.outcome is None:

@@ -96,12 +96,7 @@ def choose_noise(noise: NoiseModel | Path | str) -> NoiseModel:
 
 
 def choose_policy(policy: Policy | Path | str | None, arena: Arena, seed: int = 0) -> Policy:
-    """Return a policy given by name, by file or as an object, or learn one for an arena.
-
-    Args:
-        policy: The policy, its name or its file; None to learn one.
-        arena: Arena to drive in.
-        seed: Seed of the learning phase.
+    """Return a policy given by name, by file or as an object; None: learn one for the arena.
 
     Raises:
         FileFormatError: The file is not a policy, or it was learned on other regions.

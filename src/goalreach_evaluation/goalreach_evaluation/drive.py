@@ -129,24 +129,12 @@ class InProcessDrive:
         return self._controller.policy
 
     def drive(self, start: Pose2, *, path: int = 0, trial: int = 0) -> PathResult:
-        """Drive one path to its end; return its measures.
-
-        Args:
-            start: Pose to place the robot at, in `map`.
-            path: Number of the path.
-            trial: Number of the trial.
-        """
+        """Drive one path from a pose in `map` to its end; return its measures."""
         frames = self.drive_frames(start, path=path, trial=trial)
         return next(frame.result for frame in frames if frame.result is not None)
 
     def drive_frames(self, start: Pose2, *, path: int = 0, trial: int = 0) -> Iterator[DriveFrame]:
-        """Drive one path, yielding every camera frame; the last one carries the result.
-
-        Args:
-            start: Pose to place the robot at, in `map`.
-            path: Number of the path.
-            trial: Number of the trial.
-        """
+        """Drive one path from a pose in `map`; the last frame that it yields has the result."""
         self._simulator.reset(start)
         self._controller.begin_path(start=start, path=path, trial=trial)
         ticks: list[Tick] = []

@@ -74,12 +74,7 @@ class SessionResult:
 
 
 def drive_session(plan: EvaluationPlan, number: int) -> SessionResult:
-    """Drive one session of a plan.
-
-    Args:
-        plan: The evaluation.
-        number: Number of the session, from 0.
-    """
+    """Drive one session of a plan, by its number from 0."""
     first = number * SESSION_PATHS
     drive = plan.session_drive(number)
     paths = tuple(
@@ -98,15 +93,9 @@ def processes(jobs: int) -> Executor:
 def drive_sessions(
     plan: EvaluationPlan, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> list[SessionResult]:
-    """Drive every session of a plan.
+    """Drive every session of a plan, in several processes; return them in order.
 
-    Args:
-        plan: The evaluation.
-        jobs: Number of processes.
-        progress: Called with the number of paths that each finished session adds.
-
-    Returns:
-        The sessions in order.
+    The number of paths that each finished session adds is reported as progress.
     """
     results: list[SessionResult] = []
     sessions = range(math.ceil(len(plan.starts) / SESSION_PATHS))
@@ -232,12 +221,9 @@ def _label(value: object) -> str:
 def evaluate(
     request: EvaluationRequest, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> Evaluation:
-    """Drive every path of a request.
+    """Drive every path of a request; the result is the same for any number of processes.
 
-    Args:
-        request: What to evaluate.
-        jobs: Number of processes; the result is the same for any number.
-        progress: Called with the number of paths that each finished session adds.
+    The number of paths that each finished session adds is reported as progress.
 
     Raises:
         GoalreachError: A value or a file is refused.

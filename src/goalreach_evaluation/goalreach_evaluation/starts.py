@@ -79,11 +79,6 @@ def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[P
 
     "The starting positions considered are 22 different points at the borders of the environment"
     (section "The Simulation Phase"); here their number is free.
-
-    Args:
-        arena: The arena.
-        count: How many.
-        rng: Source of randomness.
     """
     inset_m = BODY_RADIUS_M + BORDER_CLEARANCE_M
     width_m, length_m = arena.width_m - 2.0 * inset_m, arena.length_m - 2.0 * inset_m

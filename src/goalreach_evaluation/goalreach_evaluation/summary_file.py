@@ -24,16 +24,9 @@ def summarise(
     wall_time_s: float,
     config: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the summary of paths as JSON-ready values.
+    """Return the summary of paths, in the order driven, as JSON-ready values.
 
-    Args:
-        results: The paths in the order driven.
-        seed: Seed of the run.
-        mode: How the heading was chosen.
-        policy: Origin of the policy: a file, 'learned' or 'in memory'.
-        sim_time_s: Simulated time, seconds.
-        wall_time_s: Time on the wall clock, seconds.
-        config: The configuration, JSON-ready.
+    The origin of the policy is a file, 'learned' or 'in memory'.
     """
     goals = sum(result.outcome == 'goal' for result in results)
     return {
@@ -87,11 +80,7 @@ def read_recorded_run(path: Path | str) -> RecordedRun:
 
 
 def recorded_run(document: object, name: object = 'summary') -> RecordedRun:
-    """Return the traced paths of a summary.
-
-    Args:
-        document: A summary as JSON-ready values.
-        name: Its file, for messages.
+    """Return the traced paths of a summary, as JSON-ready values, whose file is named in messages.
 
     Raises:
         FileFormatError: It is not a summary, or has no traced path.

@@ -178,10 +178,8 @@ def _with_images(case: CurveCase, noise: NoiseModel) -> tuple[_Drive, Callable[[
 def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
     """Open the workers of a Dask cluster.
 
-    Args:
-        jobs: Number of workers of a cluster on this machine.
-        address: A scheduler that runs already, whose workers can import goalreach; None for a
-            cluster on this machine that ends with the sweep.
+    Those of a scheduler that runs already must be able to import goalreach; without its address,
+    there is a cluster of so many on this machine, which ends with the sweep.
 
     Raises:
         GoalreachError: Dask is not installed, or the scheduler does not answer.
@@ -218,15 +216,10 @@ def run_cases(
     measure: Callable[[_Case], _Result],
     open_executor: Callable[[], AbstractContextManager[Executor]],
 ) -> Iterator[tuple[_Case, _Result]]:
-    """Measure cases in parallel; repeat those whose worker died.
+    """Measure cases in parallel, by a function at the top level; repeat those whose worker died.
 
-    Args:
-        cases: The cases.
-        measure: Function at the top level of a module that returns the result of a case.
-        open_executor: Opens the executor; called again after a dead worker has closed it.
-
-    Yields:
-        Each case with its result, as soon as it is finished.
+    The executor is opened again after a dead worker has closed it. Each case is yielded with its
+    result as soon as it is finished.
 
     Raises:
         GoalreachError: Workers kept dying; every finished case has been yielded.

@@ -17,12 +17,7 @@ from goalreach_msgs_py.angles import INCH_M
 def progress_bar(
     label: str, *, total: int, quiet: bool = False
 ) -> Iterator[Callable[[int], None]]:
-    """Show a progress bar on stderr within the context, if stderr is a terminal.
-
-    Args:
-        label: Text of the bar.
-        total: Number of steps.
-        quiet: Whether to show nothing.
+    """Show a progress bar on stderr within the context, unless quiet or no terminal is there.
 
     Yields:
         A function that advances the bar by a number of steps.
@@ -45,14 +40,7 @@ def progress_bar(
 def show_paths_table(
     tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float
 ) -> None:
-    """Print success rate, measures and speed of many paths.
-
-    Args:
-        tally: Statistics over the paths; nothing is printed without a path.
-        mode: How the heading was chosen.
-        sim_time_s: Simulated time, seconds.
-        wall_time_s: Time on the wall clock, seconds.
-    """
+    """Print success rate, measures and speed of many paths; nothing without a path."""
     if not tally.paths:
         return
     numbers = (Column(heading, justify='right') for heading in ('mean', 'worst'))

@@ -6,13 +6,7 @@ _TURN_RAD = 2.0 * math.pi
 
 
 def wrap_angle(angle_rad: float) -> float:
-    """Return the angle in (-pi, pi] that points the same way.
-
-    Args:
-        angle_rad: Any finite angle, radians.
-
-    Returns:
-        The wrapped angle, radians.
+    """Return the angle in (-pi, pi] that points the same way as any finite one.
 
     >>> wrap_angle(3 * math.pi)
     3.141592653589793
@@ -22,15 +16,7 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def angle_difference(to_rad: float, from_rad: float) -> float:
-    """Return the shortest turn that leads from one heading to another.
-
-    Args:
-        to_rad: Heading to reach, radians.
-        from_rad: Heading to start from, radians.
-
-    Returns:
-        The turn in (-pi, pi], radians, positive counter-clockwise.
-    """
+    """Return the shortest turn from one heading to another, in (-pi, pi], counter-clockwise."""
     return wrap_angle(to_rad - from_rad)
 
 

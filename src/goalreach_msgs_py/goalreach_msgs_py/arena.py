@@ -54,13 +54,8 @@ def paper_starts(
 
     The paper has "22 different points at the borders of the environment" and no coordinates.
     Here they are spaced evenly along the rectangle 0.1 m inside the free floor, counter-clockwise
-    from the goal wall, without the parts inside the goal and forbidden regions.
-
-    Args:
-        width_m: Arena size along x.
-        length_m: Arena size along y.
-        regions: The region map whose `ends` are excluded; the default map if None.
-        count: Number of poses; 22 in the paper.
+    from the goal wall, without the parts inside the goal and forbidden regions. The region map is
+    the default one if None.
     """
     regions = regions or RegionMap()
     inset = BODY_RADIUS_M + _START_CLEARANCE_M
@@ -84,10 +79,6 @@ def paper_starts(
 
 def check_size(name: str, size_m: float) -> None:
     """Check the length of a side.
-
-    Args:
-        name: Name of the field.
-        size_m: Its value.
 
     Raises:
         ConfigurationError: It is too short for a robot to drive, or not a number.
@@ -148,10 +139,7 @@ class Arena:
 
     @classmethod
     def from_parameters(cls, values: Mapping[str, Any]) -> 'Arena':
-        """Return the arena that parameters of `nomad200` describe, without starts.
-
-        Args:
-            values: Parameters by name; those of `ARENA_PARAMETERS` are used.
+        """Return the arena that `ARENA_PARAMETERS` of `nomad200` describe, without starts.
 
         Raises:
             ConfigurationError: A parameter is missing, or they do not fit one another.

@@ -83,9 +83,6 @@ class _Loader(yaml.SafeLoader):
 def read_arena(path: Path | str) -> Arena:
     """Read an arena and check it as a whole.
 
-    Args:
-        path: The file.
-
     Raises:
         FileFormatError: The file cannot be read, is not an arena, or its parts contradict each
             other; the line names the file, the field and the value.

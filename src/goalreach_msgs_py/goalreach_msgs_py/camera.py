@@ -84,10 +84,7 @@ class PinholeCamera:
     ) -> 'PinholeCamera':
         """Return an ideal camera with square pixels and a centred principal point.
 
-        Args:
-            width_px: Image width.
-            height_px: Image height.
-            horizontal_fov_rad: Full angle between the outer edges of the first and last column.
+        The field of view is the full angle between the outer edges of the first and last column.
         """
         focal_px = width_px / 2.0 / math.tan(horizontal_fov_rad / 2.0)
         return cls(
@@ -125,16 +122,7 @@ class PinholeCamera:
         return pixels
 
     def project_point(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float]:
-        """Return the pixel (u, v) of one point as `project` does, without arrays.
-
-        Args:
-            x_m: To the right in the optical frame, metres.
-            y_m: Down.
-            z_m: Forward.
-
-        Returns:
-            The pixel; NaN where the point is not in front of the camera (z <= 1 mm).
-        """
+        """Return the pixel of a point, x right, y down, z forward: `project` without arrays."""
         if not z_m > _NEAREST_M:
             return math.nan, math.nan
         x, y = x_m / z_m, y_m / z_m
@@ -169,11 +157,7 @@ def camera_azimuth(heading_rad: float, head: HeadAngles) -> float:
 
 
 def optical_rotation(azimuth_rad: float, tilt_rad: float) -> FloatArray:
-    """Return the rotation from `map` to the optical frame.
-
-    Args:
-        azimuth_rad: Azimuth of the optical axis in `map`.
-        tilt_rad: Its elevation, upward.
+    """Return the rotation from `map` to the optical frame, whose axis has an azimuth and a tilt.
 
     Returns:
         (3, 3): the rows are the camera's right, down and forward axes in `map`.
@@ -189,8 +173,8 @@ def points_in_camera(
     """Return map points in the optical frame.
 
     Args:
-        points_map_m: (n, 3) points in `map`, metres.
-        centre_map_m: (3,) optical centre in `map`, metres.
+        points_map_m: (n, 3) points in `map`.
+        centre_map_m: (3,) optical centre in `map`.
         azimuth_rad: Azimuth of the optical axis in `map`.
         tilt_rad: Its elevation, upward.
 

@@ -72,12 +72,7 @@ class CdrWriter:
             self._raw += _encode(frame_id)
 
     def numbers(self, numbers: str, *values: float) -> None:
-        """Append numbers of one kind.
-
-        Args:
-            numbers: Their count and kind as `struct` writes them, for example '7d'.
-            values: The numbers.
-        """
+        """Append numbers; `struct` writes their count and kind, for example '7d'."""
         packer, size = _little(numbers)
         self._align(size)
         self._raw += packer.pack(*values)
@@ -154,10 +149,9 @@ class CdrReader:
         self._at = begin + size
 
     def count(self, least: int = 1) -> int:
-        """Return the length of a sequence.
+        """Return the length of a sequence, of which each element takes `least` bytes or more.
 
-        Args:
-            least: Bytes that each element takes at least: no longer sequence fits the message.
+        A sequence that does not fit the message is refused.
         """
         (count,) = self.numbers('I')
         if count * least > len(self._raw) - self._at:

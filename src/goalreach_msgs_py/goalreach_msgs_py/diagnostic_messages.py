@@ -162,10 +162,7 @@ def transition_to_raw(
 ) -> bytes:
     """Return a finished action as diagnostic_msgs/DiagnosticArray with one status.
 
-    Args:
-        transition: The action.
-        stamp_ns: Stamp, nanoseconds.
-        shape: Numbers of columns and rows, for the names of the regions.
+    The names of regions depend on the numbers of columns and rows, `shape`.
     """
     state = region_name(transition.state, shape)
     next_state = region_name(transition.next_state, shape)

@@ -103,11 +103,7 @@ def read_json(path: str | Path) -> Any:  # noqa: ANN401
 
 
 def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any:  # noqa: ANN401
-    """Return the document of an untrusted YAML file.
-
-    Args:
-        path: The file.
-        loader: A safe loader.
+    """Return the document of an untrusted YAML file, by a safe loader.
 
     Raises:
         FileFormatError: The file cannot be read, is not UTF-8 text or not YAML.
@@ -121,11 +117,7 @@ def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader)
 
 
 def load_yaml(text: str, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any:  # noqa: ANN401
-    """Return the document of an untrusted YAML text.
-
-    Args:
-        text: YAML.
-        loader: A safe loader.
+    """Return the document of an untrusted YAML text, by a safe loader.
 
     Raises:
         yaml.YAMLError: The text is not YAML, holds an impossible value, or is nested too deeply.

@@ -68,13 +68,7 @@ class InputMonitor:
         self._began_s: float | None = None
 
     def received(self, topic: str, stamp_ns: int, now_s: float) -> InputProblem | None:
-        """Record a message; return what is wrong with it, or None.
-
-        Args:
-            topic: One of the inputs.
-            stamp_ns: Stamp of the message, nanoseconds.
-            now_s: The present time of a steady clock.
-        """
+        """Record a message at a time of a steady clock; return what is wrong with it, or None."""
         last = self._inputs.get(topic)
         if last is None:
             self._began_s = self._began_s if self._inputs else now_s

@@ -108,10 +108,7 @@ NOISE_PRESETS: Final = (*_FACTORS, 'abroad')
 
 
 def noise_preset(name: str) -> NoiseModel:
-    """Return a preset.
-
-    Args:
-        name: `none`, `nominal` or `harsh`.
+    """Return one of `NOISE_PRESETS`.
 
     Raises:
         ConfigurationError: There is no such preset.

@@ -81,14 +81,10 @@ class Obstacle:
         return replace(self, x_m=x_m, y_m=y_m, track_m=(), speed_m_per_s=0.0)
 
     def contact(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Return the distance from a point to the surface, and the azimuth of its nearest point.
-
-        Args:
-            x_m: Point in `map`.
-            y_m: Point in `map`.
+        """Return the distance of a point in `map` from the surface, and the azimuth of the way in.
 
         Returns:
-            Metres, negative inside; radians in `map`, of the way in from the point.
+            Metres, negative inside; radians in `map`.
         """
         dx_m, dy_m = x_m - self.x_m, y_m - self.y_m
         if self.radius_m:
@@ -110,14 +106,10 @@ class Obstacle:
     ) -> tuple[float, float] | None:
         """Return where a line seen from above enters and leaves, or None where it does not.
 
-        Args:
-            x_m: Start of the line in `map`.
-            y_m: Start of the line in `map`.
-            dx_m: Its end minus its start, not both zero.
-            dy_m: Its end minus its start.
+        The line leads from a point in `map` along a vector, which is not zero.
 
         Returns:
-            Fractions of the line, which may lie outside [0, 1].
+            Fractions of the vector, which may lie outside [0, 1].
         """
         x_m, y_m = x_m - self.x_m, y_m - self.y_m
         if self.radius_m:

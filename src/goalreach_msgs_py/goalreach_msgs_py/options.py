@@ -183,12 +183,9 @@ def _parts_of(cls: type[object]) -> Iterator[tuple[str, _Option | type[object]]]
 
 
 def add_options(parser: argparse.ArgumentParser, cls: type[object], prefix: str = '') -> None:
-    """Add the options of a class to a parser.
+    """Add the options of a class, and of the groups in it, to a parser.
 
-    Args:
-        parser: The parser.
-        cls: Dataclass with fields made by `option`, or groups of them.
-        prefix: Dotted prefix of the names in the namespace.
+    Their names in the namespace begin with the prefix, as in `read_options`.
     """
     for name, part in _parts_of(cls):
         if isinstance(part, _Option):
@@ -199,11 +196,6 @@ def add_options(parser: argparse.ArgumentParser, cls: type[object], prefix: str 
 
 def read_options(cls: type[OptionsT], namespace: argparse.Namespace, prefix: str = '') -> OptionsT:
     """Return the options that were parsed; those not given keep their defaults.
-
-    Args:
-        cls: The class given to `add_options`.
-        namespace: Result of the parser.
-        prefix: The prefix given to `add_options`.
 
     Raises:
         ConfigurationError: A value is refused; the error names the flag.

@@ -20,9 +20,7 @@ _WILDCARDS = ('/**', '**', '/*')
 def read_parameters(path: str | Path | None, namespace: str = '') -> NodeParameters:
     """Return the parameters of a file for each node of the graph, wildcards applied first.
 
-    Args:
-        path: The file; None for no parameters.
-        namespace: Namespace of the nodes; sections of other namespaces are for other robots.
+    Without a file there are none. Sections of other namespaces are for other robots.
 
     Raises:
         FileFormatError: The file cannot be read, is not a parameter file, or names another node.
@@ -81,15 +79,9 @@ def write_parameters(
     namespace: str = '',
     comments: Iterable[str] = (),
 ) -> None:
-    """Write a parameter file.
+    """Write a parameter file, with comments for people at its beginning.
 
     Empty lists are left out: they are the defaults, and the format does not record their type.
-
-    Args:
-        path: The file.
-        parameters: The parameters.
-        namespace: Namespace of the nodes.
-        comments: Lines for people, at the beginning.
 
     Raises:
         FileFormatError: The file cannot be written.

@@ -103,13 +103,9 @@ def _check(name: str, value: object, default: object, info: ParameterInfo) -> No
 
 
 def check_value(name: str, value: object, info: ParameterInfo, kind: type) -> None:
-    """Check a value, or an element of a sequence; one of any other type is accepted.
+    """Check a value, or an element of a sequence, against the type and the range of its field.
 
-    Args:
-        name: Its name, for messages.
-        value: The value.
-        info: Range or choices of its field.
-        kind: Its type: bool, str, int or float; a float may be given as a whole number.
+    A float may be given as a whole number. A type other than bool, str, int and float is accepted.
 
     Raises:
         ConfigurationError: It is of another type, not finite, out of range or not a choice.

@@ -29,11 +29,7 @@ def odometry_to_raw(
 ) -> bytes:
     """Return a pose and velocity as nav_msgs/Odometry, child frame `base_link`.
 
-    Args:
-        odometry: Pose in `frame_id`, velocity in `base_link`.
-        stamp_ns: Stamp, nanoseconds.
-        prefix: Prefix of the frames.
-        frame_id: `odom` for the encoders, `map` for the truth.
+    The pose is in `frame_id`: `odom` for the encoders, `map` for the truth.
     """
     writer = CdrWriter(stamp_ns, prefix + frame_id)
     writer.text(prefix + BASE_FRAME)

@@ -46,11 +46,7 @@ def labels(paper: tuple[str, ...], axis: str, count: int) -> tuple[str, ...]:
 
 
 def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
-    """Return a region as the paper writes it.
-
-    Args:
-        region: The region.
-        shape: Numbers of columns and rows.
+    """Return a region as the paper writes it, of so many columns and rows.
 
     >>> region_name((1, 0)), region_name((1, 0), (5, 3))
     ('FRONT/NEAR', 'X2/NEAR')
@@ -67,7 +63,7 @@ def parse_region(
     Args:
         name: The name.
         shape: Numbers of columns and rows; None where they are unknown.
-        own: Labels of columns and rows that replace those of `labels`.
+        own: Labels of columns and rows that replace the usual ones.
 
     Raises:
         ConfigurationError: The text is not `X/Y` with such labels.
@@ -244,10 +240,6 @@ def memberships(value: float, knots: Sequence[float]) -> tuple[float, ...]:
     Fig. 5 of the paper: the first set is full on [k0, k1] and fades to the second on [k1, k2],
     the second is full on [k2, k3] and fades to the third on [k3, k4], and so on. Beyond the outer
     knots the nearest set is full.
-
-    Args:
-        value: Position along the axis, in the unit of the knots.
-        knots: Ascending numbers, two for each set.
 
     Returns:
         Memberships in [0, 1] whose sum is one; at most two are positive.

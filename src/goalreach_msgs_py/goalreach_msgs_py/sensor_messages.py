@@ -120,9 +120,7 @@ def head_to_raw(
 def head_from_raw(raw: bytes, joints: Sequence[str] = HEAD_JOINTS) -> HeadAngles:
     """Return the head's joint angles of a sensor_msgs/JointState, found by name.
 
-    Args:
-        raw: The message.
-        joints: Names of the joints that the head has; the others are at zero.
+    Joints that the head does not have are at zero.
 
     Raises:
         MessageError: A joint is missing or its position is not finite.
@@ -148,12 +146,7 @@ def bumpers_to_raw(
 ) -> bytes:
     """Return 20 bumpers as sensor_msgs/LaserScan: the body radius where pressed, +inf where not.
 
-    Args:
-        pressed: (20,) by sensor; sensor i points to 18 i degrees in `bumper_link`.
-        stamp_ns: Stamp, nanoseconds.
-        prefix: Prefix of the frame.
-        body_radius_m: Radius of the bumper ring.
-        scan_time_s: Time between readings.
+    Sensor i points to 18 i degrees in `bumper_link`.
     """
     return with_stamp(_write_bumpers(tuple(pressed), prefix, body_radius_m, scan_time_s), stamp_ns)
 
@@ -177,13 +170,8 @@ def sonar_to_raw(
 ) -> bytes:
     """Return the ring of ultrasonic sensors as sensor_msgs/LaserScan.
 
-    Args:
-        ranges_m: From the axis of the robot, evenly spaced, the first to the front of
-            `bumper_link`; infinite without an echo.
-        stamp_ns: Stamp, nanoseconds.
-        prefix: Prefix of the frame.
-        limits_m: Smallest and largest range.
-        scan_time_s: Time between readings.
+    Ranges count from the robot's axis, evenly spaced, the first to the front of `bumper_link`;
+    they are infinite without an echo.
     """
     count = len(ranges_m)
     step_rad = 2.0 * math.pi / count

@@ -69,17 +69,14 @@ def checked_choice(name: str, value: object, choices: tuple[str, ...]) -> str:
 
 
 class GraphCommands:
-    """Commands from the page, as coroutines of the event loop that also spins the executor.
+    """Commands from the page, as coroutines of the event loop that also spins the node's executor.
 
     Each returns its confirmation, and raises ConfigurationError for a value that is not allowed
-    and CommandError where a node refuses or does not respond.
+    and CommandError where a node refuses or does not respond. The state notes when the simulation
+    was paused or resumed.
 
     Calls: `/nomad200/pause`, `/nomad200/step`, `/nomad200/reset` and `set_parameters_atomically`
     of the nodes.
-
-    Args:
-        node: A node on an executor.
-        state: Notes when the simulation was paused or resumed.
     """
 
     def __init__(self, node: Node, state: PageState) -> None:

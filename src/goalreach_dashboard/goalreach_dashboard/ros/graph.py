@@ -45,13 +45,9 @@ _ANY_PARAMETER: Final = ('use_sim_time',)
 
 
 class ParameterPoller:
-    """Gets parameters of every node four times a second.
+    """Gets parameters of every node four times a second, by a node on an executor.
 
     Calls: `get_parameters` of the four nodes.
-
-    Args:
-        node: A node on an executor.
-        state: The state to update.
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
@@ -64,11 +60,7 @@ class ParameterPoller:
         self._robot_parameters: Mapping[str, Any] = {}
 
     def poll(self, now_s: float) -> None:
-        """Call the nodes that are due; drop calls that have timed out.
-
-        Args:
-            now_s: Time of the monotonic clock.
-        """
+        """Call the nodes that are due; drop calls that have timed out."""
         for name, client in self._clients.items():
             elapsed_s = now_s - self._called_s.get(name, 0.0)
             if name in self._pending:
@@ -135,13 +127,9 @@ class GraphClient:
         self._view: View = {}
 
     def update(self, *, watched: bool) -> bool:
-        """Take what has arrived.
+        """Take what has arrived; return whether the page is subscribed.
 
-        Args:
-            watched: Whether a browser is open.
-
-        Returns:
-            Whether the page is subscribed: while a browser is open, and for 5 s after.
+        It is while the page is watched, that is while a browser is open, and for 5 s after.
         """
         now_s = time.monotonic()
         if watched:

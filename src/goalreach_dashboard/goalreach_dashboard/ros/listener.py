@@ -55,12 +55,6 @@ def best_effort(depth: int) -> QoSProfile:
 class PolledSubscription(RawReader):
     """A subscription of the page, whose newest messages alone matter.
 
-    Args:
-        node: A node that no executor spins.
-        message_type: Type of the messages.
-        topic: Name of the topic.
-        qos: Quality of service; its depth is the number of messages kept.
-
     Attributes:
         topic: Name of the topic.
         number: Sequence number of the last message, as its publisher counts; where a topic has
@@ -99,12 +93,7 @@ _PNG_SIGNATURE: Final = b'\x89PNG'
 
 
 def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> CameraPicture:
-    """Return an encoded image as the page shows it.
-
-    Args:
-        encoded: JPEG or PNG.
-        landmarks: LEDs detected in this image; empty where unknown.
-        stamp_ns: Stamp of the image, nanoseconds.
+    """Return an encoded image, JPEG or PNG, as the page shows it, with the LEDs detected in it.
 
     Raises:
         MessageError: OpenCV cannot decode the image.
@@ -127,13 +116,7 @@ class CameraReader:
     """Joins camera images with the landmarks detected in them, at most ten a second.
 
     Subscribes: `/camera/image_raw/compressed`; where nobody publishes that, as in a replayed bag,
-    `/camera/image_raw`.
-
-    Args:
-        node: A node that no executor spins.
-
-    Attributes:
-        subscription: The subscription of the images.
+    `/camera/image_raw`; from a node that no executor spins.
     """
 
     def __init__(self, node: Node) -> None:
@@ -208,14 +191,10 @@ def _count_alone(_: bytes) -> None:
 
 
 class GraphListener:
-    """Updates the page's state from the topics of a graph.
+    """Updates the page's state from the topics of a graph, through a node that no executor spins.
 
     Subscribes: the topics of `/q_learning` always, so that no path is missed; every other topic of
     the four nodes, except `/path`, only while the page is watched.
-
-    Args:
-        node: A node that no executor spins.
-        state: The state to update.
     """
 
     def __init__(self, node: Node, state: PageState) -> None:
@@ -254,11 +233,7 @@ class GraphListener:
         )
 
     def watch(self, *, watched: bool) -> None:
-        """Subscribe to what the page shows, or unsubscribe.
-
-        Args:
-            watched: Whether a browser is open.
-        """
+        """Subscribe to what the page shows while a browser is open, else unsubscribe."""
         if watched and self._camera is None:
             self._state.restart()
             self._camera = CameraReader(self._node)

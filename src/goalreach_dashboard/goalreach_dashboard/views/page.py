@@ -47,21 +47,12 @@ _NOTES: Final = {
 
 
 def choices(*, launched: bool) -> dict[str, Any]:
-    """Return what the page offers.
-
-    Args:
-        launched: Whether a run started the page, which can then record, stop and start another.
-    """
+    """Return what the page offers; one launched by a run can record, stop it and start another."""
     return {'launched': launched, 'mode': MODES, 'speed': SPEEDS, 'noise': NOISE_PRESETS}
 
 
 def page_view(state: PageState, now_s: float) -> View:
-    """Return the values of the whole page.
-
-    Args:
-        state: The page's state.
-        now_s: Time of the monotonic clock, for rates and silences.
-    """
+    """Return the values of the whole page, with rates and silences by the monotonic clock."""
     health = state.health
     runs, estimates = (health.status(n, now_s) is NodeStatus.UP for n in (ROBOT, ESTIMATOR))
     lost = runs and not estimates  # the region state that is shown is outdated

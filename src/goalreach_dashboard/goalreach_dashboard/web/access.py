@@ -71,12 +71,7 @@ class AccessPolicy:
 
 
 class AccessMiddleware:
-    """ASGI middleware that refuses requests of other names and origins.
-
-    Args:
-        app: The protected application.
-        policy: The policy.
-    """
+    """ASGI middleware that refuses requests of other names and origins."""
 
     def __init__(self, app: ASGIApp, policy: AccessPolicy) -> None:
         self._app = app

@@ -59,9 +59,6 @@ class RunLink:
 
     The launcher appends JSON objects to a file, one a line; the page prints its requests, and the
     launcher reads them from the page's log.
-
-    Args:
-        path: File of the reports.
     """
 
     def __init__(self, path: Path) -> None:
@@ -94,12 +91,7 @@ def tar_of(folder: Path) -> Iterator[bytes]:
 
 
 class _Viewer:
-    """One open browser: what it shows, and whether it has painted that.
-
-    Attributes:
-        graph: The robot that it shows.
-        steers: Whether it may steer.
-    """
+    """One open browser: its robot, what it shows of it, and whether it has painted that."""
 
     def __init__(self, websocket: WebSocket, graph: GraphClient, *, steers: bool) -> None:
         self.graph = graph
@@ -120,10 +112,8 @@ class _Viewer:
     def show(self, view: View, events: Mapping[int, object], *, last: bool = False) -> None:
         """Send what has changed; nothing while the last frame is not painted or not yet sent.
 
-        Args:
-            view: The page.
-            events: What happened in the run, by ascending number.
-            last: Whether no frame follows: then it is sent also to a browser that does not paint.
+        The last view of all is sent also to a browser that does not paint. Events are by ascending
+        number.
         """
         now_s = time.monotonic()
         due = now_s - self._sent_s >= _KEEPALIVE_S
@@ -151,11 +141,8 @@ class _Viewer:
 class PageServer:
     """Serves the page; reads the graph 20 times a second in the same event loop.
 
-    Args:
-        arena: The arena, until a robot's parameters describe another.
-        robot: Namespace of the robot that a browser shows first.
-        policy: Who may view and steer.
-        run: The run that started the page, if one did.
+    A browser first shows the robot of the namespace given, in the arena given until the robot's
+    parameters describe another.
     """
 
     def __init__(
@@ -347,7 +334,7 @@ def serve(
     events: Path | None = None,
     robot: str = '',
 ) -> int:
-    """Serve the page until Ctrl-C or SIGTERM.
+    """Serve the page until Ctrl-C or SIGTERM; return the exit status.
 
     Args:
         listener: The listening socket.
@@ -356,9 +343,6 @@ def serve(
         local: Whether only this machine can reach the page.
         events: File in which the run that started the page reports what happens, or None.
         robot: Namespace of the robot that the page shows first.
-
-    Returns:
-        Exit status.
     """
     terminate_with_launcher()
     os.nice(_NICENESS)

@@ -40,11 +40,6 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     """Return a figure with walls, regions, goal and LEDs of an arena, seen from above.
 
     The goal wall (y = 0) is at the bottom.
-
-    Args:
-        arena: The arena.
-        title: Title.
-        borders: Whether to draw the borders between the regions.
     """
     figure = Figure(figsize=_SIZE_IN, layout='constrained')
     axes = figure.add_subplot()
@@ -73,12 +68,7 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
 
 
 def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
-    """Add scales in metres at the top and at the right.
-
-    Args:
-        axes: Axes in inches.
-        y_too: Whether the y axis is a length too.
-    """
+    """Add scales in metres at the top and, where y is a length, too, at the right."""
     functions = (lambda value: value * INCH_M, lambda value: value / INCH_M)
     top = axes.secondary_xaxis('top', functions=functions)
     top.set_xlabel('x (m)' if y_too else axes.get_xlabel().replace('(in)', '(m)'))
@@ -92,12 +82,7 @@ def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
 
 
 def add_legend(axes: Axes, *handles: Artist) -> None:
-    """Add a legend below the axes: the given artists, the goal region and the LEDs.
-
-    Args:
-        axes: Axes of `arena_figure`.
-        handles: Labelled artists.
-    """
+    """Add a legend below an arena: the labelled artists, the goal region and the LEDs."""
     always = (Patch(label='goal region', **_GOAL), Line2D([], [], label='LED', **_LED))
     place = {'loc': 'upper center', 'bbox_to_anchor': (0.5, -0.085)}
     axes.legend(handles=[*handles, *always], ncols=3, fontsize=8, frameon=False, **place)
@@ -121,13 +106,7 @@ def region_centre_in(arena: Arena, region: Region) -> tuple[float, float]:
 
 
 def draw_region_names(axes: Axes, arena: Arena, *, size: float) -> None:
-    """Write the name of every region into it.
-
-    Args:
-        axes: Axes in inches.
-        arena: The arena.
-        size: Font size, points.
-    """
+    """Write the name of every region into it, in a size of so many points."""
     for region in arena.regions.cells:
         goal = '\ngoal' if region == arena.regions.goal else ''
         text = arena.regions.name(region).replace('/', '\n') + goal

@@ -18,16 +18,7 @@ _SETTINGS: Any = {'svg.hashsalt': 'goalreach', 'font.family': 'DejaVu Sans'}
 def write_figure(
     figure: Figure, folder: Path, name: str, endings: Sequence[str] = ('svg', 'png')
 ) -> tuple[Path, ...]:
-    """Write a figure as `NAME.svg`, `NAME.png` or both.
-
-    Args:
-        figure: The figure.
-        folder: Folder, made if it does not exist.
-        name: Name without ending.
-        endings: 'svg', 'png' or both.
-
-    Returns:
-        The files.
+    """Write a figure as `NAME.svg`, `NAME.png` or both into a folder, made if it does not exist.
 
     Raises:
         FileFormatError: A file cannot be written.

@@ -44,13 +44,10 @@ _GOAL = 'goal'
 def paper_figures(
     arena: Arena, policy: Policy, run: RecordedRun | None = None, *, origin: str = ''
 ) -> dict[str, Figure]:
-    """Draw figures 1 to 6, and 7 from a recorded run.
+    """Draw figures 1 to 6, and 7 from the paths of a run with images, if there is one.
 
-    Args:
-        arena: The arena that the policy was learned in.
-        policy: The policy.
-        run: Paths driven with images; without them there is no figure 7.
-        origin: Origin of the policy for the captions: a file or a seed.
+    The arena is that in which the policy was learned; its origin, a file or a seed, is for the
+    captions.
 
     Returns:
         The figures by file name without suffix, in the paper's order.
@@ -169,11 +166,6 @@ def path_figure(arena: Arena, paths: Sequence[RecordedPath], title: str) -> Figu
     """Return paths with a dot at the start and a mark of the outcome at the end.
 
     Fig. 7 draws true paths driven with images, localizer and state in the loop.
-
-    Args:
-        arena: The arena.
-        paths: The paths and their outcomes.
-        title: Title.
     """
     figure, axes = arena_figure(arena, title)
     for points_m, outcome in paths:

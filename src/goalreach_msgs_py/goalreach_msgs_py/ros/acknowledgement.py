@@ -129,15 +129,10 @@ class AcknowledgementGate:
 
 
 def is_subscribed(node: Node, consumer: str, publisher: Publisher[Any]) -> bool:
-    """Return whether a registered consumer subscribes to a publisher.
+    """Return whether a registered consumer subscribes to a publisher of a node.
 
     The consumer would miss what is published earlier. It is recognised by its process, which owns
     both its acknowledgements and its subscription.
-
-    Args:
-        node: The node of the publisher.
-        consumer: Name of the consumer's node.
-        publisher: The publisher.
     """
     topic = node.resolve_topic_name(acknowledgement_topic(consumer))
     processes = {participant_of(info) for info in node.get_publishers_info_by_topic(topic)}

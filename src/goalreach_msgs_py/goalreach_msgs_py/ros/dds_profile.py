@@ -35,8 +35,7 @@ _UNICAST_OFFSET: Final = 10
 def fast_dds_profile(*, network: bool = False) -> str:
     """Return the path of the Fast DDS profile of the graph.
 
-    Args:
-        network: Whether other machines may take part; otherwise it is private to this one.
+    The graph is private to this machine unless others may take part, over the network.
     """
     return str(_CONFIG / f'fastdds{"_network" if network else ""}{installed().profile_suffix}.xml')
 
@@ -48,11 +47,7 @@ def chosen_profile(environment: Mapping[str, str], default: str) -> str:
 
 
 def use_profile(path: str) -> None:
-    """Make a Fast DDS profile that of this process, unless the environment sets another.
-
-    Args:
-        path: Path of the profile.
-    """
+    """Make a Fast DDS profile that of this process, unless the environment sets another."""
     os.environ[PROFILE_VARIABLE] = chosen_profile(os.environ, path)
 
 
@@ -67,24 +62,15 @@ def open_to_network() -> str:
 
 
 def domain_ports(domain: int) -> range:
-    """Return the UDP ports of a domain.
-
-    Args:
-        domain: The `ROS_DOMAIN_ID`.
-    """
+    """Return the UDP ports of a `ROS_DOMAIN_ID`."""
     first = _PORT_BASE + _DOMAIN_GAIN * domain
     return range(first, first + _DOMAIN_GAIN)
 
 
 def count_local_participants(domain: int, sockets: Path = SOCKETS) -> int:
-    """Return how many participants of a domain listen on this machine.
+    """Return how many participants of a `ROS_DOMAIN_ID` listen on this machine.
 
-    Args:
-        domain: The `ROS_DOMAIN_ID`.
-        sockets: The table of sockets.
-
-    Returns:
-        Their number; 0 where the system has no such table.
+    It is 0 where the system has no table of sockets.
     """
     ports = domain_ports(domain)[_UNICAST_OFFSET::_PARTICIPANT_GAIN]
     try:

@@ -7,10 +7,7 @@ from goalreach_msgs_py.errors import CommandError
 
 
 def message_class(name: str) -> Any:
-    """Return the class of a message.
-
-    Args:
-        name: `package/msg/Name`, or `package/Name` for short.
+    """Return the class of a message, `package/msg/Name`, or `package/Name` for short.
 
     Raises:
         CommandError: There is no such message, or its package is not installed.
@@ -22,10 +19,7 @@ def message_class(name: str) -> Any:
 
 
 def service_class(name: str) -> Any:
-    """Return the class of a service, with its attributes `Request` and `Response`.
-
-    Args:
-        name: `package/srv/Name`, or `package/Name` for short.
+    """Return the class of a service, `package/srv/Name`, or `package/Name` for short.
 
     Raises:
         CommandError: There is no such service type, or its package is not installed.
@@ -37,12 +31,7 @@ def service_class(name: str) -> Any:
 
 
 def full_type_name(name: str, kind: str) -> str:
-    """Return `package/kind/Name` for `package/Name`, and any other name unchanged.
-
-    Args:
-        name: The type's name.
-        kind: `msg` or `srv`.
-    """
+    """Return `package/kind/Name`, of kind `msg` or `srv`, for `package/Name`; others unchanged."""
     return name.replace('/', f'/{kind}/') if name.count('/') == 1 else name
 
 

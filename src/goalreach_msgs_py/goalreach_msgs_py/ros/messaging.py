@@ -138,9 +138,7 @@ def subscribe_raw(
 def meet_all(profile: QoSProfile, publishers: Iterable[Any]) -> list[str]:
     """Make a profile the strictest in reliability and durability that receives from publishers.
 
-    Args:
-        profile: The profile; unchanged where there is no publisher.
-        publishers: Their endpoint information.
+    It is unchanged where there is none.
 
     Returns:
         A line for the user per policy that not all of them offer.
@@ -162,16 +160,10 @@ def meet_all(profile: QoSProfile, publishers: Iterable[Any]) -> list[str]:
 
 
 class RawReader:
-    """A subscription whose messages are taken on demand, without an executor.
+    """A subscription whose messages are taken on demand, from a node that no executor spins.
 
     Use it where the reader has a rate of its own, or needs the numbers of messages, which rclpy's
-    executors do not pass on.
-
-    Args:
-        node: A node that no executor spins.
-        message_type: Type of the messages.
-        name: Name of the topic.
-        qos: Quality of service; its depth is the number of messages kept.
+    executors do not pass on. The depth of the QoS is the number of messages kept.
     """
 
     def __init__(self, node: Node, message_type: type[Any], name: str, qos: QoSProfile) -> None:
@@ -263,10 +255,7 @@ class InputReporter:
 class AlignedInputs:
     """An `InputAligner` that is looked at by the wall clock, too, where that limits a wait.
 
-    Args:
-        node: The node whose executor serves the timer.
-        aligner: The aligner.
-        process: Called with the leading stamp and the values by name of each complete set.
+    Each complete set is processed: the leading stamp, and the values by name.
     """
 
     def __init__(
@@ -306,14 +295,9 @@ class StampedReply:
         self._sent: list[tuple[Publisher[Any], bytes | Callable[[], Any]]] = []
 
     def begin(self, stamp_ns: int) -> bool:
-        """Begin the reply to a stamp.
+        """Begin the reply to a stamp; return whether it is to be computed.
 
-        Args:
-            stamp_ns: Stamp of the input, nanoseconds.
-
-        Returns:
-            True where the reply is to be computed; False where the stamp is that of the last
-            reply, which has been retransmitted.
+        It is not where the stamp is that of the last reply, which has been retransmitted.
         """
         if stamp_ns == self._stamp_ns:
             for sent in self._sent:

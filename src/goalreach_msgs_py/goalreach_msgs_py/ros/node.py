@@ -60,13 +60,9 @@ class Diagnostics:
         *,
         ok: bool = True,
     ) -> None:
-        """Count a tick and publish where it is due.
+        """Count a tick and publish where it is due, at level WARN where not ok.
 
-        Args:
-            stamp_ns: Stamp of the tick.
-            message: One line for people.
-            values: Returns details by name; called only where the status is published.
-            ok: False for level WARN.
+        Details by name are computed only where the status is published.
         """
         self._ticks += 1
         if self._ticks % _DIAGNOSTICS_TICKS != 1:
@@ -87,12 +83,8 @@ def run_nodes(
     """Run nodes on one executor until SIGINT or SIGTERM; the `main` of a node's executable.
 
     Signals only set a flag that the loop checks: rclpy's own handlers can interrupt a callback and
-    end in a traceback.
-
-    Args:
-        name: Name of the process, also in messages that precede the first node.
-        makers: Constructors of the nodes.
-        arguments: Command line, or None for that of the process.
+    end in a traceback. The name is that of the process, also in messages that precede the first
+    node. Without arguments, those of the process are taken.
 
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
@@ -127,10 +119,7 @@ def ros_session(
 ) -> Iterator[ExitStack]:
     """Initialise rclpy for a tool that runs its own loop, without rclpy's signal handlers.
 
-    Args:
-        arguments: Command line for rclpy.
-        profile: Path of the Fast DDS profile, used unless the environment sets another; None for
-            that of the graph.
+    The Fast DDS profile, that of the graph if None, is used unless the environment sets another.
 
     Yields:
         A stack for callbacks that clean up before rclpy is shut down.
@@ -152,9 +141,6 @@ def early_participant(name: str) -> Iterator[None]:
     A participant is created with the first node of a process; this one is hidden, has no topics
     and lasts as long as the block. `rclpy.node.Node` would have topics, and what disappears again
     while others ask for it delays them by a second.
-
-    Args:
-        name: Name of the process.
     """
     context = get_default_context()
     rosout = [RELIABLE_QOS.get_c_qos_profile()] if installed().node_takes_rosout_qos else []

@@ -46,10 +46,7 @@ class PeriodicGc:
 
     Only a full collection returns the tuples that Python keeps for reuse, up to 2000 of each
     length. Where all objects are freed by their reference counts none is ever triggered, and over
-    hours the process grows by some megabytes.
-
-    Args:
-        now_s: The present time of a monotonic clock.
+    hours the process grows by some megabytes. Times are those of a monotonic clock.
     """
 
     def __init__(self, now_s: float) -> None:

@@ -39,12 +39,9 @@ def _yaw(angle_rad: float) -> Quaternion:
 
 
 def odometry_transforms(stamp_ns: int, pose: Pose2, base_yaw_rad: float) -> list[TransformStamped]:
-    """Return odom -> base_link and base_link -> bumper_link.
+    """Return odom -> base_link and base_link -> bumper_link, by the pose of the encoders.
 
-    Args:
-        stamp_ns: Stamp, nanoseconds.
-        pose: Encoder odometry.
-        base_yaw_rad: Yaw of the base, which does not turn with the steering, in `odom`.
+    The base, which does not turn with the steering, has a yaw in `odom`.
     """
     to_base, to_bumpers = _yaw(pose.heading_rad), _yaw(base_yaw_rad - pose.heading_rad)
     x, y = float(pose.x_m), float(pose.y_m)
@@ -57,13 +54,7 @@ def odometry_transforms(stamp_ns: int, pose: Pose2, base_yaw_rad: float) -> list
 def head_transforms(
     stamp_ns: int, joints: HeadAngles, camera_height_m: float
 ) -> list[TransformStamped]:
-    """Return base_link -> turret_link -> pan_link -> tilt_link; the lens is on the axis.
-
-    Args:
-        stamp_ns: Stamp, nanoseconds.
-        joints: Joint angles.
-        camera_height_m: Height of the optical centre above the floor.
-    """
+    """Return base_link -> turret_link -> pan_link -> tilt_link; the lens is on the axis."""
     half_rad = -joints.tilt_rad / 2.0  # upward is a turn about -y
     tilt = Quaternion(y=math.sin(half_rad), w=math.cos(half_rad))
     z = float(camera_height_m)
@@ -80,25 +71,14 @@ def optical_transform() -> TransformStamped:
 
 
 def map_to_odom(stamp_ns: int, in_map: Pose2, in_odom: Pose2) -> TransformStamped:
-    """Return map -> odom, which maps the pose of the encoders to the estimated pose.
-
-    Args:
-        stamp_ns: Stamp, nanoseconds.
-        in_map: Estimated pose of the robot.
-        in_odom: Encoder pose of the same stamp.
-    """
+    """Return map -> odom, by the estimated pose and the encoders' pose of the same stamp."""
     origin = moved_on(in_map, in_odom, Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0))
     turn = _yaw(origin.heading_rad)
     return _stamped(stamp_ns, MAP_FRAME, ODOM_FRAME, turn, x=origin.x_m, y=origin.y_m)
 
 
 class TransformPublisher:
-    """Publishes on /tf and /tf_static where tf2_msgs is installed; else does nothing.
-
-    Args:
-        node: The node that publishes.
-        static: Transforms that never change.
-    """
+    """Publishes on /tf, and on /tf_static what never changes, where tf2_msgs is installed."""
 
     def __init__(self, node: Node, static: list[TransformStamped] | None = None) -> None:
         self._message: Any = None
