@@ -211,13 +211,7 @@ class TopicResult:
     def add(
         self, decoder: Decoder, stamp_ns: int, messages: tuple[bytes, bytes], tolerance: float
     ) -> None:
-        """Compare one recorded message with the one published now.
-
-        Args:
-            decoder: Decoder of the topic.
-            stamp_ns: Their stamp.
-            messages: The recorded one and the recomputed one.
-            tolerance: Largest difference of a field that is accepted.
+        """Compare a pair of messages, the recorded one first; a field may differ by the tolerance.
 
         Raises:
             GoalreachError: One of them is no message of the topic's type.

@@ -126,10 +126,6 @@ def begins_with_stamp(type_name: str, message_class: Any) -> bool:  # noqa: ANN4
     """Return whether a type begins with a header, or is the clock.
 
     Log and ParameterEvent begin with a time too, but one of the wall clock.
-
-    Args:
-        type_name: `package/msg/Name`.
-        message_class: Its Python class.
     """
     fields = list(message_class.get_fields_and_field_types().values())
     return type_name == _CLOCK or (bool(fields) and fields[0] == 'std_msgs/Header')

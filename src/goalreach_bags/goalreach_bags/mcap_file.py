@@ -31,14 +31,10 @@ class _Tail(BytesIO):
 
 
 class McapWriter:
-    """One MCAP file of a bag being written.
+    """Writes one new MCAP file of a bag.
 
     What has been appended survives if the process is killed. Every method may raise OSError; the
     file then still ends after what was appended before.
-
-    Args:
-        path: The file, which must not exist.
-        zstd: Whether to compress chunks.
 
     Attributes:
         closing_bytes: Upper estimate of what the file needs to be closed.
@@ -117,15 +113,11 @@ def _is_complete(summary: Summary, total: Statistics) -> bool:
 
 
 class McapReader:
-    """One MCAP file open for reading.
+    """Reads one MCAP file, until `opened` is closed.
 
     Attributes:
         topics: Its topics.
         span: Its messages by number and time.
-
-    Args:
-        path: The file.
-        opened: Closes the file at its end.
     """
 
     def __init__(self, path: Path, opened: ExitStack) -> None:
@@ -151,13 +143,7 @@ class McapReader:
     def messages(
         self, topics: Collection[str], start_ns: int | None, stop_ns: int | None
     ) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, receive time and data in the order of receive time.
-
-        Args:
-            topics: Names of topics.
-            start_ns: Earliest receive time, or None.
-            stop_ns: Receive time before which messages must lie, or None.
-        """
+        """Yield topic, receive time and data by receive time, from a start to before a stop."""
         found = self._reader.iter_messages(topics, starting_at=start_ns, ending_before=stop_ns)
         for _, channel, message in found:
             yield channel.topic, message.log_time, message.data

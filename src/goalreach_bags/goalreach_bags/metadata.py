@@ -103,11 +103,7 @@ def metadata_text(metadata: BagMetadata) -> str:
 
 
 def write_metadata(directory: Path, metadata: BagMetadata) -> None:
-    """Write `metadata.yaml`.
-
-    Raises:
-        FileFormatError: It cannot be written.
-    """
+    """Write `metadata.yaml`."""
     document = {_ROOT: metadata.to_document()}
     write_text_atomically(directory / METADATA_NAME, yaml.safe_dump(document, sort_keys=False))
 
@@ -130,15 +126,9 @@ def read_metadata(directory: Path) -> BagMetadata:
 
 
 def parse_metadata(text: str) -> BagMetadata | None:
-    """Return the metadata in the text of `metadata.yaml`, or of a copy in a storage file.
+    """Return the metadata in the text of `metadata.yaml` or of a copy; None where it is none.
 
     Of a newer version than is known here, the fields that are known are read.
-
-    Args:
-        text: YAML.
-
-    Returns:
-        The metadata; None where the text is something else.
     """
     try:
         document = load_yaml(text)

@@ -164,11 +164,7 @@ def _disagreements(existing: BagMetadata | None, metadata: BagMetadata) -> Itera
 
 
 def inspect_bag(path: Path) -> tuple[tuple[str, ...], str]:
-    """Read all files of a bag whole.
-
-    Returns:
-        Its faults, and how to repair them where a repair helps.
-    """
+    """Read a bag whole; return its faults, and how to repair them where a repair helps."""
     if not storage_files(path) and any(path.glob('*.zstd')):
         return (), 'not checked: its files are compressed as a whole'
     try:

@@ -20,9 +20,7 @@ _CHECKED_MB: Final = 256.0
 def show_bag(bag: BagReader, *, check: bool | None) -> None:
     """Print a summary of a bag and its faults.
 
-    Args:
-        bag: The bag.
-        check: Whether to read all of it, check sums included; None: unless it is large.
+    `check` reads all of it, check sums included; None does unless it is large.
     """
     out = Console(highlight=False, markup=False)
     metadata = bag.metadata

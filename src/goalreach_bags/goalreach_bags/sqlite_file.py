@@ -32,13 +32,9 @@ _FIRST_TABLES: Final = {'schema', 'metadata', 'topics', 'message_definitions'}
 
 
 class SqliteWriter:
-    """One SQLite file of a bag being written, with the methods of `McapWriter`.
+    """Writes one new SQLite file of a bag, with the methods of `McapWriter`.
 
     What is appended survives if the process is killed. Every method may raise OSError.
-
-    Args:
-        path: The file, which must not exist.
-        zstd: Whether to compress each message.
 
     Attributes:
         size: Bytes of messages so far.
@@ -108,12 +104,7 @@ def _add_metadata(base: sqlite3.Connection, metadata: str) -> None:
 
 
 class SqliteReader:
-    """One SQLite file open for reading, as `McapReader`; never changes the file.
-
-    Args:
-        path: The file.
-        opened: Closes the file at its end.
-    """
+    """Reads one SQLite file, as `McapReader`; never changes the file."""
 
     def __init__(self, path: Path, opened: ExitStack) -> None:
         self._base = opened.enter_context(closing(_connect(path, 'immutable=1')))

@@ -128,15 +128,7 @@ class StorageScan(ABC):
 
     @abstractmethod
     def write_repaired(self, target: Path, metadata: str) -> None:
-        """Write what is sound to a new file, with new indexes.
-
-        Args:
-            target: The file, which must not exist.
-            metadata: Metadata of the bag, of which the file keeps a copy.
-
-        Raises:
-            OSError: It cannot be written.
-        """
+        """Write what is sound to a new file, with new indexes and a copy of the bag's metadata."""
 
 
 def storage_files(path: Path) -> list[Path]:
@@ -146,24 +138,12 @@ def storage_files(path: Path) -> list[Path]:
 
 
 def require_new_bag(path: Path) -> None:
-    """Refuse to overwrite a file or directory.
-
-    Raises:
-        BagError: The path exists.
-    """
+    """Raise `BagError` where a path exists: a bag is never overwritten."""
     if path.exists() or path.is_symlink():
         raise BagError(path, 'exists already: a bag is never overwritten')
 
 
 def require_free_space(path: Path, needed: int) -> None:
-    """Check that a file can grow, before anything is written.
-
-    Args:
-        path: The file.
-        needed: By how many bytes.
-
-    Raises:
-        OSError: ENOSPC.
-    """
+    """Raise OSError where a file cannot grow by so many bytes, before anything is written."""
     if shutil.disk_usage(path.parent).free < needed + _MARGIN_BYTES:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -35,12 +35,7 @@ class TickOrder:
     _last: dict[str, tuple[int | None, list[bytes]]] = field(default_factory=dict)
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> bool:
-        """Add a message.
-
-        Args:
-            topic: Its topic.
-            stamp_ns: Its stamp, or None where it has none.
-            data: The serialized message.
+        """Add a message; its stamp is None where it has none.
 
         Returns:
             Whether it was new; one that equals another of its topic at the last stamp is a
@@ -110,12 +105,7 @@ class SequenceCount:
     _last: list[int] = field(default_factory=list)
 
     def add(self, number: int, publishers: int = 1) -> None:
-        """Count a received message.
-
-        Args:
-            number: Its publication number, from 1.
-            publishers: Publishers of the topic, as far as known.
-        """
+        """Count a received message by its number, from 1; `publishers` is how many are known."""
         for index, last in enumerate(self._last):
             if last == number - 1:
                 self._last[index] = number

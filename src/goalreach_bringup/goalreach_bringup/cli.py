@@ -64,14 +64,10 @@ def load_command(name: str) -> Command:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
+    """Run a command, by default that of the process's own arguments; return the exit status.
 
-    Args:
-        arguments: The command's name and its arguments, or None for the process's own.
-
-    Returns:
-        The exit status: 0 for success; after a mistake of the user, reported in one line, the
-        status of its error, usually 2.
+    It is 0 for success; after a mistake of the user, reported in one line, that of the error,
+    usually 2.
     """
     if '_ARGCOMPLETE' in os.environ:
         from goalreach_bringup.completion import complete
@@ -114,10 +110,6 @@ def _run_unnamed(given: Sequence[str]) -> int:
 
 def guarded(program: str, execute: Callable[[], int]) -> int:
     """Run a program; report what its user can correct in one line, without a traceback.
-
-    Args:
-        program: The words that call the program, for that line.
-        execute: The program; returns its exit status.
 
     Returns:
         Its exit status: that of the error where it raises `GoalreachError`, 1 where its output

@@ -55,11 +55,7 @@ class Command:
         )
 
     def parser(self, program: str) -> argparse.ArgumentParser:
-        """Return the parser of the command and its sub-commands.
-
-        Args:
-            program: The words that call the command, for the usage line.
-        """
+        """Return the parser of the command and its sub-commands; its usage names the program."""
         parser = argparse.ArgumentParser(prog=program, description=self.summary)
         self.add_to(parser)
         if self.subcommands:
@@ -81,10 +77,6 @@ class Command:
 
     def parse(self, program: str, arguments: Sequence[str]) -> tuple[Command, Any]:
         """Parse arguments; return the command or the chosen sub-command, and its options.
-
-        Args:
-            program: The words that call the command, for the usage line.
-            arguments: Its arguments.
 
         Raises:
             ConfigurationError: An option is refused.

@@ -194,8 +194,7 @@ class Player(Node):
     def play(self, watch: Callable[[int], None]) -> int:
         """Play to the end, or until it is stopped; return the number of messages sent.
 
-        Args:
-            watch: Called with the nanoseconds of the bag that were played since the last call.
+        `watch` gets the nanoseconds of the bag that were played since its last call.
         """
         end_s = time.monotonic() + self._options.delay
         while not self._ends and (left_s := end_s - time.monotonic()) > 0.0:

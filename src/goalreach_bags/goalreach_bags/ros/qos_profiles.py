@@ -65,9 +65,6 @@ def publisher_profile(offers: Sequence[Offer]) -> QoSProfile:
 
     Where publishers differed, the strictest of reliability and durability, so that every
     subscriber that was served by one of them is served again.
-
-    Args:
-        offers: What the recorded publishers offered.
     """
     best_effort = {offer['reliability'] for offer in offers} == {'best_effort'}
     latched = sum(offer['durability'] == 'transient_local' for offer in offers)

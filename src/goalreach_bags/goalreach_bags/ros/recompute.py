@@ -39,12 +39,7 @@ _INCOMPLETE_STAMPS: Final = 64
 
 
 class SensorFeeder(Node):
-    """Publishes the sensors of a stamp and waits for all outputs of perception.
-
-    Args:
-        bag: The bag, for its topics; other robots lack some.
-        executor: Executor of this node and those of perception.
-    """
+    """Publishes the sensors of a stamp and waits for all outputs of perception."""
 
     def __init__(self, bag: BagReader, executor: EventsExecutor) -> None:
         super().__init__('feeder', start_parameter_services=False, enable_rosout=False)
@@ -81,10 +76,6 @@ class SensorFeeder(Node):
 
     def process(self, stamp_ns: int, sensors: Mapping[str, bytes]) -> dict[str, bytes]:
         """Return the outputs of perception for the sensors of a stamp.
-
-        Args:
-            stamp_ns: The stamp.
-            sensors: Serialized message of each sensor.
 
         Raises:
             GoalreachError: A topic was not answered in time.

@@ -74,14 +74,8 @@ class Recorder(Node):
     Subscribes to the selected topics, unparsed. Publishes, where it belongs to a run,
     acknowledgements of the ticks received whole (see `Acknowledger`).
 
-    Args:
-        options: What to record, where and how.
-
     Attributes:
         stopped: Why the recording ended early, or empty.
-
-    Raises:
-        BagError: The bag cannot be made.
     """
 
     def __init__(self, options: RecordOptions) -> None:
@@ -111,9 +105,7 @@ class Recorder(Node):
     def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> str:
         """Record until it is over, drain messages on their way, and close the bag.
 
-        Args:
-            is_over: Returns whether to end; called many times a second.
-            watch: Called ten times a second with a line of progress.
+        `watch` gets a line of progress ten times a second.
         """
         while not is_over():
             self._poll(watch)

@@ -27,11 +27,6 @@ _IMAGE_DEPTH: Final = 100
 class TopicSubscription(RawReader):
     """Subscribes to a topic and takes its messages unparsed, with their publication numbers.
 
-    Args:
-        node: The recorder's node.
-        name: The topic.
-        type_name: Its type.
-
     Attributes:
         name: The topic.
         type_name: Its type.
@@ -71,11 +66,6 @@ ReceivedMessage = tuple[TopicSubscription, bytes, Mapping[str, Any]]
 
 class GraphSubscriptions:
     """Subscribes to the selected topics of the graph, and to the clock.
-
-    Args:
-        node: The recorder's node.
-        selection: Which topics to record.
-        clock: Topic of the clock.
 
     Attributes:
         by_name: The subscriptions by topic.

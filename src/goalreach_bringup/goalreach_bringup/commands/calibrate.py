@@ -52,11 +52,7 @@ class Options(RobotOptions):
 
 
 def execute(options: Options) -> int:
-    """Drive, print a line for each value, and write them; return 0 where the model fits, else 1.
-
-    Raises:
-        GoalreachError: A file or a parameter is refused, or the drive ended early.
-    """
+    """Drive, print a line for each value and write them; return 0 where the model fits, else 1."""
     require_writable(options.out)
     if options.out.exists():
         raise FileFormatError(options.out, 'exists already')

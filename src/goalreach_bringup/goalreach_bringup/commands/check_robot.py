@@ -42,11 +42,7 @@ class Options(RobotOptions):
 
 
 def execute(options: Options) -> int:
-    """Listen and print a line for each finding; return 0 where the robot can drive, else 1.
-
-    Raises:
-        GoalreachError: A file or a parameter is refused.
-    """
+    """Listen and print a line for each finding; return 0 where the robot can drive, else 1."""
     if options.json:
         require_writable(options.json)
     robot = expected_robot(read_parameters(options.params_file, options.namespace))

@@ -34,11 +34,7 @@ class Options(CommandOptions):
 
 
 def execute(options: Options) -> int:
-    """Serve the page until Ctrl-C.
-
-    Raises:
-        GoalreachError: The web library is missing, or the address cannot be bound.
-    """
+    """Serve the page until Ctrl-C."""
     from goalreach_bringup.launch.auxiliary_processes import require_page
 
     require_page()

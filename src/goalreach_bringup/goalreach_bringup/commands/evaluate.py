@@ -29,11 +29,7 @@ class Options(SeededOptions):
 
 
 def execute(options: Options) -> int:
-    """Drive all paths; return 0 where every one reached the goal, else 1.
-
-    Raises:
-        GoalreachError: An option or a file is refused.
-    """
+    """Drive all paths; return 0 where every one reached the goal, else 1."""
     from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.terminal import progress_bar, show_paths_table
     from goalreach_msgs_py.files import require_writable

@@ -34,11 +34,7 @@ class Options(SeededOptions):
 
 
 def execute(options: Options) -> int:
-    """Draw and write the figures.
-
-    Raises:
-        GoalreachError: A file cannot be read or written.
-    """
+    """Draw and write the figures."""
     from goalreach_evaluation.figures.figure_file import write_figure
     from goalreach_evaluation.figures.paper_figures import paper_figures
     from goalreach_evaluation.summary_file import read_recorded_run

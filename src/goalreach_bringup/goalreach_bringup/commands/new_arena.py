@@ -25,11 +25,7 @@ class Options(CommandOptions):
 
 
 def execute(options: Options) -> int:
-    """Ask, write and draw.
-
-    Raises:
-        GoalreachError: The file is there already, or the answers make no arena.
-    """
+    """Ask, write and draw."""
     from goalreach_evaluation.figures.arena_axes import arena_figure, draw_region_names
     from goalreach_evaluation.figures.figure_file import write_figure
 

@@ -7,11 +7,7 @@ SUMMARY = 'Record the running graph into a rosbag2 directory, or repair one'
 
 
 def execute(options: Options) -> int:
-    """Record until Ctrl-C; return 0 where the whole recording is in the bag.
-
-    Raises:
-        GoalreachError: An option is refused, or the bag cannot be made or repaired.
-    """
+    """Record until Ctrl-C; return 0 where the whole recording is in the bag."""
     if not options.repair:
         from goalreach_bags.ros.recorder import record
 

@@ -6,11 +6,7 @@ SUMMARY = 'Replay a rosbag2 directory into the graph, or through live perception
 
 
 def execute(options: Options) -> int:
-    """Replay; with --recompute return 1 where something differs.
-
-    Raises:
-        GoalreachError: The bag cannot be read or replayed.
-    """
+    """Replay; with --recompute return 1 where something differs."""
     if not options.recompute:
         from goalreach_bags.ros.player import replay
 

@@ -19,9 +19,6 @@ def execute(options: Options) -> int:
 
     The page stays open after the run, and can start another, where a person has it open: see
     `RunRequests.next_options`.
-
-    Raises:
-        GoalreachError: An option, a file or a parameter is refused, or a node died.
     """
     from goalreach_bringup.launch.session import RunSession
 

@@ -48,11 +48,7 @@ class Options(SeededOptions):
 
 
 def execute(options: Options) -> int:
-    """Run what the file of results does not hold yet; print the shares.
-
-    Raises:
-        GoalreachError: An option or a file is refused, or workers keep dying.
-    """
+    """Run what the file of results does not hold yet; print the shares."""
     from goalreach_evaluation.results_file import ResultsFile
     from goalreach_evaluation.sweep import drive_case, learn_case, run_cases
     from goalreach_msgs_py.files import require_writable

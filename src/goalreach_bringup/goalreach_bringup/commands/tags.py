@@ -20,11 +20,7 @@ class Options(CommandOptions):
 
 
 def execute(options: Options) -> int:
-    """Write the pages.
-
-    Raises:
-        GoalreachError: The arena has no tags, or a file cannot be read or written.
-    """
+    """Write the pages."""
     from goalreach_evaluation.figures.tag_pages import tag_pages
 
     arena = choose_arena(options.arena)

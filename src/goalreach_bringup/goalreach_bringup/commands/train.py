@@ -36,11 +36,7 @@ class Options(SeededOptions):
 
 
 def execute(options: Options) -> int:
-    """Learn, show what was learned, and write it.
-
-    Raises:
-        GoalreachError: A value is refused or a file cannot be written.
-    """
+    """Learn, show what was learned, and write it."""
     import numpy as np
 
     from goalreach_evaluation.choices import choose_arena

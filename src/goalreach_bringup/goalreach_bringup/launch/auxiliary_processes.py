@@ -47,13 +47,6 @@ def is_page_wanted(*, requested: bool | None, clock: str) -> bool:
 
     Unless an option says so, it does where the run is for a person: on a terminal, in real time,
     with the web library installed.
-
-    Args:
-        requested: Value of the option, or None.
-        clock: The run's clock.
-
-    Raises:
-        GoalreachError: It was requested, and the web library is missing.
     """
     if requested:
         require_page()
@@ -67,11 +60,6 @@ class PageProcess(ChildProcess):
 
     Anyone with the logged URL may steer: it holds a token that is nowhere else. The socket is
     bound here, so that the URL is known, and a browser that opens it waits, before the page is up.
-
-    Args:
-        arena: Name or file of the arena.
-        namespace: Namespace of the robot that is shown at first.
-        directory: Directory of the run, for its log.
     """
 
     def __init__(self, arena: str, namespace: str, directory: Path) -> None:
@@ -110,11 +98,7 @@ class PageProcess(ChildProcess):
         return requests
 
     def keep(self, stop: StopRequest) -> dict[str, Any] | None:
-        """Keep the page after a run; return a request, or None once nobody has it open.
-
-        Args:
-            stop: Ends the wait.
-        """
+        """Keep the page after a run; return a request, or None once nobody has it open."""
         seen_s = -math.inf
         while not (stop.requested or self._failed):
             if requests := self.poll():
@@ -141,11 +125,6 @@ _DRAIN_S: Final = 30.0
 class RecorderProcess(ChildProcess):
     """Runs `goalreach record` for a run.
 
-    Args:
-        bag: The bag.
-        arguments: Further options of the command.
-        directory: Directory of the run, for its log.
-
     Attributes:
         failed: Whether it ended with an error.
     """
@@ -159,9 +138,6 @@ class RecorderProcess(ChildProcess):
 
     def poll(self, *, began: bool) -> None:
         """Check that it runs: a run continues without a recorder, but does not start without.
-
-        Args:
-            began: Whether the run has begun.
 
         Raises:
             GoalreachError: It ended before the run began.

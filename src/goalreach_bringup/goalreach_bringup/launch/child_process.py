@@ -188,11 +188,7 @@ def _end_with_launcher() -> None:
 
 
 def stop_all(processes: Sequence[ChildProcess]) -> list[str]:
-    """End processes: SIGINT, after a grace SIGTERM, at last SIGKILL.
-
-    Returns:
-        Names of those that had to be killed.
-    """
+    """End processes: SIGINT, after a grace SIGTERM, at last SIGKILL; return who was killed."""
     for number, grace_s in ((signal.SIGINT, _GRACE_S), (signal.SIGTERM, _KILL_S)):
         for process in processes:
             process.signal(number)

@@ -31,10 +31,6 @@ def graph_environment(base: Mapping[str, str], log_directory: Path) -> dict[str,
     """Return the environment of the graph's processes.
 
     A Fast DDS profile and a number of threads that are set already are kept.
-
-    Args:
-        base: The environment to start from.
-        log_directory: Folder for the logs of ROS.
     """
     return {
         **IMPORT_ENVIRONMENT,
@@ -96,9 +92,6 @@ def domain_lock(namespace: str = '') -> Iterator[bool]:
     A run without a namespace holds the lock of the domain. One with a namespace holds that of the
     namespace, and the domain's where it is free.
 
-    Args:
-        namespace: Namespace of the run.
-
     Yields:
         Whether it holds the lock of the domain, and with it `/clock`.
 
@@ -140,11 +133,7 @@ def _lock(suffix: str) -> Iterator[None]:
 
 
 def unused_domains(first: int = FIRST_DOMAIN) -> Iterator[int]:
-    """Yield the ROS domains that no stack and no DDS participant of this machine uses.
-
-    Args:
-        first: Lowest domain.
-    """
+    """Yield the ROS domains, from `first` on, that nothing on this machine uses."""
     sockets = ''
     with contextlib.suppress(OSError):  # a sandbox may hide the table
         sockets = Path('/proc/net/unix').read_text(encoding='ascii', errors='replace')
@@ -183,9 +172,6 @@ def abandoned_files(folder: Path = SHARED_MEMORY) -> list[Path]:
     A process that receives through a segment or a port locks a second file whose name ends in
     `_el`; one that sends has mapped the segment, and would continue to send into the deleted file
     if its name were reused. Both are checked.
-
-    Args:
-        folder: Folder of the files.
     """
     mapped = _mapped_names()
     bases = {path.name.removesuffix(_LOCK_SUFFIX) for path in folder.glob('fastrtps_*')}

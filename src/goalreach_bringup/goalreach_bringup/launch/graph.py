@@ -57,11 +57,7 @@ class Backoff:
     _deaths_s: list[float] = field(default_factory=list)
 
     def died(self, now_s: float) -> float | None:
-        """Count a death; return how long to wait before the restart, or None for no restart.
-
-        Args:
-            now_s: Time of the death on any steady clock, seconds.
-        """
+        """Count a death; return how long to wait before the restart, or None for no restart."""
         self._deaths_s = [t for t in self._deaths_s if now_s - t < self.window_s] + [now_s]
         if len(self._deaths_s) >= self.limit:
             return None
@@ -131,11 +127,7 @@ class Graph:
         return any(node in self._nodes_of(name) for name in self._restart_at_s)
 
     def restart(self, changes: Mapping[str, dict[str, Any]]) -> None:
-        """Restart all processes.
-
-        Args:
-            changes: The parameters that make them continue where the run is, by node.
-        """
+        """Restart all processes, with the parameters that make them continue where the run is."""
         stop_all(list(self._processes.values()))
         self._restart_at_s.clear()
         for name in self.processes:
@@ -150,14 +142,8 @@ class Graph:
     ) -> bool:
         """Read the log of a process; restart it where it has died or no longer answers.
 
-        Args:
-            name: The process.
-            now_s: The present time of a monotonic clock.
-            silent: Returns whether it has been silent for too long.
-            resume: Returns the parameters that make it continue where the run is, by node.
-
-        Returns:
-            Whether it was restarted just now.
+        `silent` returns whether it has been silent for too long, `resume` the parameters that make
+        it continue where the run is. Returns whether it was restarted just now.
 
         Raises:
             NodeDiedError: It cannot be kept alive.

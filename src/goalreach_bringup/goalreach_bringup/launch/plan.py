@@ -190,10 +190,6 @@ def resume_parameters(progress: Progress, *, lockstep: bool) -> dict[str, dict[s
 
     The controller continues the current path from the robot's pose, with the Q-table of the end of
     the last path; the robot continues at its true pose, and its clock does not go back.
-
-    Args:
-        progress: Progress of the run.
-        lockstep: Whether the graph may be ahead of the launcher.
     """
     controller = {'first_path': progress.path, 'resume': progress.placed}
     changes: dict[str, dict[str, Any]] = {topics.CONTROLLER: controller}
@@ -238,13 +234,7 @@ class ExternalNodes:
     def parameters(
         self, planned: NodeParameters, *, placement_service: str, drive: bool
     ) -> NodeParameters:
-        """Return the parameters of the nodes.
-
-        Args:
-            planned: Parameters for a run with nodes of ours alone.
-            placement_service: Service that places the robot, or empty.
-            drive: Whether commands reach the robot.
-        """
+        """Return the planned parameters, changed for external nodes and for commands not sent."""
         changes: dict[str, Any] = {}
         if not self.is_placed(placement_service):
             changes = {'starts': (), 'placement_service': placement_service}

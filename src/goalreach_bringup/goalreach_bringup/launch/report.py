@@ -31,10 +31,6 @@ class RunReport(logging.Handler):
 
     As a context manager it prints what the modules of the launcher log: warnings and errors to
     stderr, everything else to stdout.
-
-    Args:
-        quiet: Whether to print warnings and errors only.
-        total: Number of paths to come, 0 where there is no end.
     """
 
     def __init__(self, *, quiet: bool, total: int) -> None:
@@ -146,11 +142,7 @@ class RunRequests:
         self.page.report('end', reason=reason)
 
     def serve(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
-        """Serve the requests of the page; return the recorder, if one is recording.
-
-        Args:
-            recorder: The recorder so far.
-        """
+        """Serve the requests of the page; return the recorder, if one is recording."""
         for request in self.page.poll():
             name, value = request['request'], request.get('value')
             if name == 'stop':

@@ -50,10 +50,6 @@ _LOG: Final = logging.getLogger(__name__)
 class RunSession:
     """Runs one session: setup, drive, teardown, report.
 
-    Args:
-        options: Options of the run.
-        page: The page, where an earlier run has started it.
-
     Attributes:
         page: The page, for the next run or to be stopped; None where there is none.
         next_options: Options of the run that the page asks for, or None.

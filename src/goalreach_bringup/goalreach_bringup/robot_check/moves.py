@@ -49,10 +49,7 @@ class Measurement:
 def judge_motion(subject: str, before: Measurement, after: Measurement) -> Iterator[Verdict]:
     """Yield the verdicts on a motion of 10 degrees or 0.1 m.
 
-    Args:
-        subject: The joint, or `linear.x` or `angular.z`.
-        before: Measurement before the motion.
-        after: Measurement after it.
+    The subject is a joint, or `linear.x` or `angular.z`.
     """
     level, text, cure = _compare(_reported(subject, before, after), subject)
     yield Verdict(subject=subject, level=level, text=f'reported {text}', cure=cure)
@@ -111,13 +108,7 @@ def _compare(moved: float, subject: str) -> tuple[str, str, str]:
 def plan_square(
     arena: Arena, pose: Pose2, side_m: float, body_radius_m: float
 ) -> tuple[float, float]:
-    """Return the turns of a square drive from the present pose, with the smallest first turn.
-
-    Args:
-        arena: The arena.
-        pose: The pose in `map`.
-        side_m: Length of a side.
-        body_radius_m: Radius of the robot.
+    """Return the turns of a square drive from a pose in `map`, with the smallest first turn.
 
     Returns:
         The turn to the first side, and that from side to side, radians.
@@ -140,14 +131,7 @@ def plan_square(
 
 
 class SquareDrive:
-    """Commands of a drive around a square by odometry, which ends with the heading of its start.
-
-    Args:
-        odometry: Pose by odometry at the start.
-        turns_rad: The turn to the first side, and that from side to side.
-        side_m: Length of a side.
-        config: Speeds.
-    """
+    """Commands of a drive around a square by odometry, which ends with its first heading."""
 
     def __init__(
         self,

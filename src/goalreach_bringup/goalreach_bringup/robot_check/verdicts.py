@@ -126,10 +126,6 @@ class HeardTopic:
 class HeardRobot:
     """Topics and services of a robot, as received.
 
-    Args:
-        config: Input parameters of the localizer.
-        robot: Robot parameters of the controller.
-
     Attributes:
         config: The same.
         robot: The same.

@@ -27,13 +27,7 @@ _DIFFERENCES: Final = (
 
 
 def main(arguments: list[str]) -> int:
-    """Run one `ros2` command.
-
-    Args:
-        arguments: What follows `ros2`, such as `['topic', 'list']`.
-
-    Returns:
-        The exit status: 0; 1 after one line on stderr.
+    """Run one `ros2` command, from what follows `ros2`; return 0, or 1 after one line on stderr.
 
     Raises:
         BrokenPipeError: The reader of the output has gone.

@@ -49,16 +49,7 @@ _LOG_NS: Final = 1_000_000_000
 def find_external(
     names: Sequence[str], remaps: Sequence[str], is_stopped: Callable[[], bool]
 ) -> ExternalNodes | None:
-    """Wait for nodes by name or by their topics; return what they offer.
-
-    Args:
-        names: The nodes of ours that others replace.
-        remaps: ROS 2 remapping rules of the graph.
-        is_stopped: Whether to end the wait.
-
-    Returns:
-        None where the wait was ended.
-    """
+    """Wait for nodes by name or by their topics; return what they offer, None if stopped."""
     with _search(remaps) as node:
         logged: list[str] = []
         while missing := [name for name in names if not _is_there(node, name)]:
@@ -85,12 +76,7 @@ def _search(remaps: Sequence[str]) -> Iterator[Node]:
 
 
 def await_recorder(remaps: Sequence[str], is_over: Callable[[], bool]) -> None:
-    """Wait until the recorder subscribes to everything that an external robot publishes.
-
-    Args:
-        remaps: ROS 2 remapping rules of the graph.
-        is_over: Whether to end the wait.
-    """
+    """Wait until the recorder subscribes to everything that an external robot publishes."""
     with _search(remaps) as node:
         until_s = time.monotonic() + _RECORDER_S
         names = [resolved_name(node, name) for name in (*topics.SENSORS, topics.GROUND_TRUTH)]
@@ -128,13 +114,7 @@ def _describe(node: Node, names: Sequence[str]) -> ExternalNodes:
 
 
 class ExternalWatch:
-    """Follows external nodes by their topics, and stops the robot if its controller ends.
-
-    Args:
-        node: The launcher's node.
-        external: What was found of them.
-        stamped: Whether `/cmd_vel` is a TwistStamped.
-    """
+    """Follows external nodes by their topics, and stops the robot if its controller ends."""
 
     def __init__(self, node: Node, external: ExternalNodes, *, stamped: bool) -> None:
         self._node = node
@@ -171,9 +151,7 @@ class ExternalWatch:
     def poll(self, now_s: float, *, drives: bool) -> bool:
         """Log nodes that fall silent or return; return whether the robot's clock has restarted.
 
-        Args:
-            now_s: The present time of a monotonic clock.
-            drives: Whether our controller runs; where it does not, the robot is stopped.
+        The robot is stopped where our controller does not run.
         """
         unserved_s, self._polled_s = now_s - self._polled_s - _POLL_S, now_s
         for name, heard_s in self._heard_s.items():

@@ -23,12 +23,7 @@ _SPIN_S = 0.05
 
 
 class LivenessProbe:
-    """Requests a parameter of a node every second and notes when it last answered.
-
-    Args:
-        watcher: The node that sends the requests.
-        name: The node that is probed.
-    """
+    """Requests a parameter of a node every second and notes when it last answered."""
 
     def __init__(self, watcher: Node, name: str) -> None:
         self._client = AsyncParameterClient(watcher, name)
@@ -68,12 +63,7 @@ def follow(
 ) -> None:
     """Serve the launcher's node and supervise the processes until the work is finished.
 
-    Args:
-        graph: The processes.
-        monitor: The launcher's own node.
-        finished: Returns whether the work is finished.
-        resume: Returns the parameters that make a restarted process continue, by node.
-        watch: Follows the external nodes.
+    `resume` returns the parameters that make a restarted process continue, by node.
 
     Raises:
         NodeDiedError: A process could not be kept alive.

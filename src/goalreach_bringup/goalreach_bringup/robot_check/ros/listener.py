@@ -64,12 +64,7 @@ _STAND: Final = 25
 
 
 class RobotListener:
-    """A node that subscribes to the inputs of our nodes, and can publish their commands.
-
-    Args:
-        namespace: Namespace of the robot.
-        robot: Collects the messages.
-    """
+    """A node that subscribes to the inputs of our nodes, and can publish their commands."""
 
     def __init__(self, namespace: str, robot: HeardRobot) -> None:
         self._node = Node('check_robot', namespace=namespace, enable_rosout=False)
@@ -199,12 +194,7 @@ def _qos_words(info: TopicEndpointInfo) -> str:
 
 
 class CalibrationDrive(RobotListener):
-    """A `landmark_localizer`, and a node that drives the robot by its odometry.
-
-    Args:
-        namespace: Namespace of the robot.
-        robot: Collects the messages.
-    """
+    """A `landmark_localizer`, and a node that drives the robot by its odometry."""
 
     def __init__(self, namespace: str, robot: HeardRobot) -> None:
         super().__init__(namespace, robot)

@@ -1,1 +1,4 @@
-"""Verbs of the `ros2` commands that need a node."""
+"""Verbs of the `ros2` commands that need a node.
+
+They raise `CommandError` where a name is not there, a value does not fit or nothing answers.
+"""

@@ -25,11 +25,7 @@ def list_names(args: argparse.Namespace) -> None:
 
 
 def print_topic(args: argparse.Namespace) -> None:
-    """Print the type of a topic, and how many nodes publish and subscribe.
-
-    Raises:
-        CommandError: There is no such topic.
-    """
+    """Print the type of a topic, and how many nodes publish and subscribe."""
     with Session(args) as session:
         node, end = session.node, '\n\n' if args.verbose else '\n'
         name = node.resolve_topic_name(args.topic_name)
@@ -60,11 +56,7 @@ def list_nodes(args: argparse.Namespace) -> None:
 
 
 def print_node(args: argparse.Namespace) -> None:
-    """Print the topics, services and actions of a node.
-
-    Raises:
-        CommandError: There is no such node.
-    """
+    """Print the topics, services and actions of a node."""
     name = full_name(args.node_name)
     with Session(args) as session:
         session.discover(lambda: name in session.node_names(hidden=args.hidden))

@@ -24,11 +24,7 @@ _TYPES: Final = (
 
 
 def list_parameters(args: argparse.Namespace) -> None:
-    """Print the names of the parameters of one node, or of all that have any.
-
-    Raises:
-        CommandError: There is no such node, or it does not answer.
-    """
+    """Print the names of the parameters of one node, or of all that have any."""
     with Session(args) as session:
         if args.node_name:
             _print_names(session, _client(session, args))
@@ -50,11 +46,7 @@ def _print_names(session: Session, client: Any) -> None:
 
 
 def get_parameter(args: argparse.Namespace) -> None:
-    """Print the value of a parameter.
-
-    Raises:
-        CommandError: There is no such node or parameter, or it does not answer.
-    """
+    """Print the value of a parameter."""
     values = _ask(args, lambda client: client.get_parameters([args.parameter_name])).values
     if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
         raise CommandError('Parameter not set.')
@@ -65,11 +57,7 @@ def get_parameter(args: argparse.Namespace) -> None:
 
 
 def set_parameter(args: argparse.Namespace) -> None:
-    """Set a parameter. Departure from ros2cli: a refusal ends with status 1.
-
-    Raises:
-        CommandError: There is no such node, or it refuses the change, with its reason.
-    """
+    """Set a parameter. Departure from ros2cli: a refusal ends with status 1."""
     parameter = Parameter(name=args.parameter_name, value=_parse(args.value))
     result = _ask(args, lambda client: client.set_parameters([parameter])).results[0]
     reason = f': {result.reason}' if result.reason else ''
@@ -79,11 +67,7 @@ def set_parameter(args: argparse.Namespace) -> None:
 
 
 def dump_parameters(args: argparse.Namespace) -> None:
-    """Print the parameters of a node as a parameter file.
-
-    Raises:
-        CommandError: There is no such node, or it does not answer.
-    """
+    """Print the parameters of a node as a parameter file."""
     with Session(args) as session:
         client = _client(session, args)
         names = sorted(session.result(client.list_parameters(), _CALL_S).result.names)

@@ -34,9 +34,6 @@ class Session(ExitStack):
     Signals end it between two steps of the executor: inside ROS code they could surface as any
     error.
 
-    Args:
-        args: The parsed options.
-
     Attributes:
         spin_time_s: Time allowed for discovery.
     """
@@ -69,12 +66,7 @@ class Session(ExitStack):
             raise SystemExit(128 + self._stop.signal)
 
     def spin_until(self, condition: Callable[[], bool], timeout_s: float | None = None) -> bool:
-        """Run callbacks until the condition holds; return whether it does.
-
-        Args:
-            condition: Evaluated before each step.
-            timeout_s: Longest wait, unlimited if None.
-        """
+        """Run callbacks until a condition holds or the time is over; return whether it holds."""
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not condition():
             if end_s is not None and time.monotonic() >= end_s:

@@ -23,11 +23,7 @@ _KEEP_ALIVE_S: Final = 0.1
 
 
 def echo(args: argparse.Namespace) -> None:
-    """Print the messages of a topic as they arrive.
-
-    Raises:
-        CommandError: The topic is not there, its type is not known, or the field is wrong.
-    """
+    """Print the messages of a topic as they arrive."""
     path = [name for name in (args.field or '').split('.') if name]
     if args.field is not None and not path:
         raise CommandError(f"Invalid field value '{args.field}'")
@@ -97,22 +93,14 @@ def _on_lost(status: Any) -> None:
 
 
 class ArrivalRate:
-    """Collects the intervals between arrivals.
-
-    Args:
-        window: Number of intervals to keep, at least 1.
-    """
+    """Collects the last intervals between arrivals, as many as the window holds."""
 
     def __init__(self, window: int) -> None:
         self._intervals_ns: deque[int] = deque(maxlen=window)
         self._last_ns: int | None = None
 
     def add(self, now_ns: int) -> None:
-        """Add an arrival; the first one, and one before the last, clear the window.
-
-        Args:
-            now_ns: Its time.
-        """
+        """Add an arrival; the first one, and one before the last, clear the window."""
         if self._last_ns is None or now_ns < self._last_ns:
             self._intervals_ns.clear()
         else:
@@ -133,11 +121,7 @@ class ArrivalRate:
 
 
 def measure_rate(args: argparse.Namespace) -> None:
-    """Print the rate of the messages of a topic about once a second; wait for it without a limit.
-
-    Raises:
-        CommandError: The type of the topic is not known here.
-    """
+    """Print the rate of the messages of a topic about once a second; wait without limit for it."""
     with Session(args) as session:
         clock, topic = session.node.get_clock(), session.node.resolve_topic_name(args.topic_name)
         if not session.spin_until(lambda: topic in session.topics(), session.spin_time_s):
@@ -161,11 +145,7 @@ def measure_rate(args: argparse.Namespace) -> None:
 
 
 def publish(args: argparse.Namespace) -> None:
-    """Publish one message, a number of them, or until it is interrupted.
-
-    Raises:
-        CommandError: The type or the values are wrong.
-    """
+    """Publish one message, a number of them, or until it is interrupted."""
     kind = message_class(args.message_type)
     message, stampers = build_message(kind, parse_values(args.values))
     times = 1 if args.once else args.times
@@ -194,11 +174,7 @@ def publish(args: argparse.Namespace) -> None:
 
 
 def call_service(args: argparse.Namespace) -> None:
-    """Call a service, and print request and response.
-
-    Raises:
-        CommandError: The type or the values are wrong, or the service has another type.
-    """
+    """Call a service, and print request and response."""
     service = service_class(args.service_type)
     request, stampers = build_message(service.Request, parse_values(args.values))
     with Session(args) as session:
