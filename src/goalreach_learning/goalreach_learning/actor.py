@@ -45,12 +45,7 @@ def settled_region(
 
 
 class Actor:
-    """Chooses actions by a policy, and learns from finished ones if configured to.
-
-    Attributes:
-        config: Present parameters.
-        policy: Present policy.
-    """
+    """Chooses actions by its policy, and learns from finished ones if configured to."""
 
     def __init__(self, config: ControllerConfig, policy: Policy, rng: np.random.Generator) -> None:
         self.config, self.policy = config, policy
@@ -112,13 +107,9 @@ class Actor:
     ) -> tuple[Transition, bool]:
         """Return the transition of a finished action, and whether the policy was updated by it.
 
-        Args:
-            option: The action.
-            state: State of the robot at its end.
-            region: Region in which it ended.
-            outcome: How the path ended with it, or None.
-            touched_rad: Azimuths of what the bumpers touch in `map`, radians.
-            learns: Whether it may be learned from, if configured to.
+        The state is that at its end. `outcome` tells how the path ended with it, if it did;
+        `touched_rad` are the azimuths of what the bumpers touch in `map`. It may be learned from
+        where `learns` is set, if configured to.
         """
         before, reward = option.begin, self.policy.regions.rewards.of(outcome)
         if self._agent is not None and learns:

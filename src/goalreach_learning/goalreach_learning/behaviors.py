@@ -207,13 +207,8 @@ class Surroundings(NamedTuple):
     def touched_rad(self, base_rad: float) -> tuple[float, ...]:
         """Return the azimuths of what the body touches: the middle of each run of pressed bumpers.
 
-        A body that is pressed all around touches nothing in particular.
-
-        Args:
-            base_rad: Orientation of the base in `map`, radians.
-
-        Returns:
-            Azimuths in `map`, radians in (-pi, pi].
+        By the orientation of the base in `map`. A body that is pressed all around touches nothing
+        in particular.
         """
         pressed, count, azimuths = self.pressed, len(self.pressed), []
         for first in range(count):
@@ -248,11 +243,8 @@ class BehaviorStack:
     ) -> None:
         """Add what is around to the map.
 
-        Args:
-            time_ns: Stamp.
-            state: Estimated state; while it is uncertain, the pose is carried on by odometry.
-            around: What is felt and heard.
-            standing: Whether the robot has not driven off, its wheels along the base.
+        While the state is uncertain, odometry carries the pose on. A robot that is standing has
+        not driven off: its wheels are along the base.
         """
         pose, odometry = state.pose, around.odometry or state.pose
         self._sure = state.confidence is Confidence.OK

@@ -99,15 +99,10 @@ def _positive(mu: Sequence[float]) -> list[int]:
 
 
 def blend(mode: str, cast: Sequence[Vote]) -> float | None:
-    """Return the weighted mean of the votes' headings, radians in (-pi, pi].
+    """Return the weighted mean of the votes' headings, in `map`, radians in (-pi, pi].
 
-    Args:
-        mode: `fuzzy-as-printed` averages the actions as numbers 0 ... 315, as equation (3) is
-            printed; every other mode averages their unit vectors.
-        cast: The votes.
-
-    Returns:
-        The heading in `map`, or None if there is no vote or the votes cancel out.
+    `fuzzy-as-printed` averages the actions as numbers 0 ... 315, as equation (3) is printed; every
+    other mode averages their unit vectors. None if there is no vote or the votes cancel out.
     """
     total = math.fsum(vote.weight for vote in cast)
     if total <= 0.0:

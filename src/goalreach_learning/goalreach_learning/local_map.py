@@ -55,11 +55,7 @@ _NEIGHBOURS = [
 
 
 class LocalMap:
-    """Evidence of obstacles in cells of the floor.
-
-    Args:
-        regions: The regions, whose outer knots are the walls.
-        body_radius_m: Radius of the robot.
+    """Evidence of obstacles in cells of the floor, whose walls are the outer knots of the regions.
 
     Attributes:
         empty: Whether nothing is known to be there besides the walls.
@@ -81,13 +77,9 @@ class LocalMap:
         self._measure()
 
     def update(self, pose: Pose2, base_rad: float, scan: Scan, touched: Sequence[float]) -> None:
-        """Add what was found at a moment.
+        """Add what was found at a moment: the scan, and the azimuths in `map` of what is touched.
 
-        Args:
-            pose: Pose of the robot.
-            base_rad: Azimuth in `map` from which the bearings of the scan count.
-            scan: Ranges; none without a sonar.
-            touched: Azimuths in `map` of what the body touches.
+        The bearings of the scan count from the azimuth `base_rad` in `map`.
         """
         foreign = self._foreign(scan, base_rad, pose)
         if self.empty and not touched and not foreign.any():
@@ -155,12 +147,8 @@ class LocalMap:
     def ways_m(self, to_m: tuple[float, float, float, float], at: Pose2) -> FloatArray:
         """Return the cost of the way from each cell around a pose to a rectangle.
 
-        A wave spreads from there, a cell a step, alternately to four and to eight neighbours; it
-        enters a cell of cost c in every c-th step.
-
-        Args:
-            to_m: Lowest x and y, highest x and y of the rectangle.
-            at: Where the ways begin.
+        A wave spreads from the rectangle (lowest x and y, highest x and y), a cell a step,
+        alternately to four and to eight neighbours; it enters a cell of cost c in every c-th step.
         """
         x0_m, y0_m, x1_m, y1_m = to_m
         inside = (self._x_m > x0_m + _INSET_M) & (self._x_m < x1_m - _INSET_M)

@@ -26,8 +26,7 @@ _DEFAULT_GAMMA = 0.9
 def action_directions(count: int) -> tuple[tuple[float, float], ...]:
     """Return the unit vectors (x, y) of evenly spaced headings, with exact zeros along the axes.
 
-    Args:
-        count: Number of actions, a multiple of four; action k is the heading k * 2 pi / count.
+    Action k of a count that is a multiple of four has the heading k * 2 pi / count.
     """
     turns = [2.0 * math.pi * k / count for k in range(count // 4)]
     quadrants = [[(math.cos(t), math.cos(math.pi / 2 - t) if t else 0.0) for t in turns]]
@@ -52,19 +51,12 @@ def nearest_action(heading_rad: float, count: int) -> int:
 
 
 def best_actions(q: FloatArray, visits: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-    """Return the greedy action of every state, or -1 where none was tried.
+    """Return the greedy action of every state (...), or -1 where none was tried.
 
     Often several adjacent headings are practically equal in value. The one closest to the mean of
     their directions is taken, the best at a tie, since it keeps away from walls and region borders
-    on both sides.
-
-    Args:
-        q: Q-values (..., a) of a actions.
-        visits: How often each action was tried, (..., a); untried actions are never greedy.
-        tolerance: Largest difference from the best value that counts as equal.
-
-    Returns:
-        Indices of actions, shape (...).
+    on both sides. Q-values and visits are (..., a) of a actions; values closer to the best one
+    than the tolerance are equal, untried actions are never greedy.
     """
     tried, directions = visits > 0, np.array(action_directions(q.shape[-1]))
     known = np.where(tried, q, -np.inf)

@@ -93,11 +93,7 @@ def policy_for_goal(policy: Policy, goal: Region, rng: np.random.Generator) -> P
 class LearningPhase:
     """Paths of a learner in one process, without simulating time.
 
-    Attributes:
-        arena: Walls, regions and starts.
-        config: Parameters of the learner.
-        agent: Who learns.
-        rng: Generator of starts, and of the actions of the paper's learner.
+    The generator draws the starts, and the actions of the paper's learner.
     """
 
     arena: Arena

@@ -79,10 +79,8 @@ def _direction(right: float, down: float, tilt_rad: float) -> tuple[float, float
 class Panorama:
     """Accumulates spots by direction while the robot stands still.
 
-    Directions are relative to the zero heading of the odometry, so the robot may steer.
-
-    Args:
-        encoder_sigma_rad: Noise of pan and tilt encoders, independent between images.
+    Directions are relative to the zero heading of the odometry, so the robot may steer. The noise
+    of pan and tilt encoders is independent between images.
     """
 
     def __init__(self, encoder_sigma_rad: float) -> None:
@@ -106,19 +104,10 @@ class Panorama:
         odometry: Pose2,
         late_rad: float = 0.0,
     ) -> bool:
-        """Add the spots of one image.
+        """Add the spots of one image; return whether it has some and the panorama more than these.
 
-        Args:
-            pixels_px: (n, 2) ideal pixels.
-            sigmas_px: (n,) standard deviation per axis.
-            lens: The lens.
-            joints: Encoder readings.
-            odometry: Odometry pose; a displacement discards the earlier spots.
-            late_rad: How far the camera turns in the time by which the image may be late; another
-                rate discards the earlier spots, too.
-
-        Returns:
-            Whether the image has spots and the panorama more than these.
+        Earlier spots are discarded by a displacement of the odometry, and by another `late_rad`:
+        how far the camera turns in the time by which the image may be late.
         """
         place_m = (odometry.x_m, odometry.y_m)
         moved = self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M
@@ -162,9 +151,7 @@ class Panorama:
 class Acquisition:
     """Solves poses from spots that are not assigned to LEDs.
 
-    Args:
-        config: Configuration of the localizer.
-        state: The filter; its estimates of biases and survey are used, its pose is not.
+    The estimates of biases and survey of the filter are used, its pose is not.
     """
 
     def __init__(self, config: LocalizerConfig, state: PoseFilter) -> None:
@@ -180,10 +167,7 @@ class Acquisition:
     def from_image(self, found: MatchedLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
         """Return the pose and labelling that explain the spots of one image, or None.
 
-        Args:
-            found: The spots; LEDs assigned to them are ignored.
-            joints: Encoder readings.
-            optics: The lens.
+        LEDs assigned to them are ignored.
         """
         turns_rad = np.zeros(len(found.pixels_px))
         tilts_rad = np.full(len(turns_rad), joints.tilt_rad)
@@ -195,13 +179,8 @@ class Acquisition:
     ) -> Fix | None:
         """Return the pose that explains the corners of the tags in one image, or None.
 
-        The first guesses are around the largest tag, at the range that its height tells.
-
-        Args:
-            found: Corners of tags, at least four.
-            tags: The tag of each four of them.
-            joints: Encoder readings.
-            optics: The lens.
+        There are four corners for each of the tags. The first guesses are around the largest tag,
+        at the range that its height tells.
         """
         quads_px, lens = found.pixels_px.reshape(-1, CORNERS, 2), optics.lens
         heights_px = 0.5 * np.hypot(*(quads_px[:, 2:] - quads_px[:, 1::-1]).sum(axis=1).T)

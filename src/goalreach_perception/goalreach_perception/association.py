@@ -155,16 +155,9 @@ def identify_labelled(
 ) -> Fix | None:
     """Return the one pose that explains landmarks of known identity, or None.
 
-    A small or distant tag looks nearly the same from two sides; both poses are compared.
-
-    Args:
-        geometry: Everything known.
-        pixels_px: (k, 2) ideal pixels.
-        sigmas_px: (k,) standard deviation of each per axis.
-        leds: (k,) indices of the landmarks.
-        seeds: (m, 3) initial guesses of x, y, azimuth.
-        arena_size_m: Width and length of the arena.
-        config: When a pose is accepted.
+    A small or distant tag looks nearly the same from two sides; both poses are compared. Arguments
+    are those of `identify`, the landmark (k,) of each pixel, and initial guesses (m, 3) of x, y,
+    azimuth.
     """
     spots, many = np.arange(len(leds)), (len(seeds), 1)
     rows = {'spots': np.tile(spots, many), 'leds': np.tile(leds, many)}

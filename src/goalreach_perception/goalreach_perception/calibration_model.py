@@ -80,11 +80,8 @@ class DriveRecord:
     ) -> DriveRecord:
         """Return the record of what nodes send, each with its stamp in seconds.
 
-        Args:
-            odometry: Poses by odometry.
-            joints: Joint angles; empty where the camera is fixed.
-            sightings: Estimated poses and landmarks of images, of each at least one.
-            camera: The camera.
+        There are no joints where the camera is fixed. Sightings are estimated poses with
+        landmarks, at least one each.
         """
         origin_s, fixed = odometry[0][0], HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
         seen = [
@@ -215,12 +212,9 @@ class DriveModel:
     def pixels(
         self, difference: FloatArray, pan_rad: float = 0.0, tilt_rad: float = 0.0
     ) -> FloatArray:
-        """Return the pixels of all observations, (o, 2).
+        """Return the pixels of all observations, (o, 2), by the state minus what was given.
 
-        Args:
-            difference: (states,) the state minus what was given.
-            pan_rad: Error of all readings of pan.
-            tilt_rad: Error of all readings of tilt.
+        All readings of pan and tilt may be wrong by an angle each.
         """
         state = difference.copy()
         state[:LANDMARKS] += self.given

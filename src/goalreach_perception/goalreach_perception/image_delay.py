@@ -38,13 +38,7 @@ _REACH_S: Final = -0.05, 0.25
 
 
 class DelayEstimate(NamedTuple):
-    """What is known of the delay of the images.
-
-    Attributes:
-        given_s: The delay that was given.
-        estimate_s: The estimate.
-        sigma_s: Its standard deviation.
-    """
+    """The delay of the images: as given, as estimated, standard deviation of the estimate."""
 
     given_s: float
     estimate_s: float
@@ -92,14 +86,9 @@ class ImageMotion(NamedTuple):
         last: Sample,
         middle: Sample | None = None,
     ) -> ImageMotion:
-        """Return the motion over a time.
+        """Return the motion over a time, by joints and odometry at its beginning and its end.
 
-        Args:
-            delay_s: Estimated delay.
-            span_s: The time.
-            first: Joints and odometry at its beginning.
-            last: Those at its end.
-            middle: Those in its middle, where the rates may change.
+        Those in its middle, if known, tell how the rates change.
         """
         then, now = first[1], last[1]
         turn, rise = _turned(first, last)
@@ -122,11 +111,7 @@ class ImageMotion(NamedTuple):
 
 
 class ImageDelay:
-    """Reads joints and odometry when images were exposed.
-
-    Attributes:
-        given_s: The same.
-    """
+    """Reads joints and odometry when images were exposed, by the delay that is given at first."""
 
     def __init__(self, given_s: float) -> None:
         self.given_s = given_s
@@ -137,10 +122,7 @@ class ImageDelay:
     ) -> tuple[int, Sample, ImageMotion | None]:
         """Return when an image was exposed, what was read then, and how the camera moved.
 
-        Args:
-            time_ns: Stamp of the image.
-            sampled: Joints and odometry.
-            delay: The estimated delay; None where it is taken as given, and no motion is wanted.
+        Without an estimate of the delay it is taken as given, and no motion is returned.
         """
         low_s, high_s = self.given_s + _REACH_S[0], self.given_s + _REACH_S[1]
         delay_s = self.given_s if delay is None else min(max(delay.estimate_s, low_s), high_s)

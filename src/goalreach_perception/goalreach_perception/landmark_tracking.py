@@ -66,16 +66,10 @@ class MatchedLeds(NamedTuple):
 def correct_by(
     state: PoseFilter, prediction: Prediction, found: MatchedLeds, led_count: int
 ) -> MatchedLeds | None:
-    """Correct a filter by the LEDs and tags of an image, without one that fails the joint gate.
+    """Correct a filter by an image, without the LED or tag that makes it fail the joint gate.
 
-    Args:
-        state: The filter.
-        prediction: Its prediction for this image.
-        found: The spots assigned to LEDs, and the corners of tags.
-        led_count: Index of the first corner among the landmarks.
-
-    Returns:
-        The LEDs that corrected the filter; None if there are none or they fail the gate.
+    The corners of tags are the landmarks from `led_count` on. Returns what has corrected the
+    filter; None if nothing was found or it fails the gate.
     """
     count = len(found.leds)
     if count == 0:
@@ -159,10 +153,7 @@ def _windows(
 def tags_near(tags: MatchedLeds, prediction: Prediction, gate: float) -> MatchedLeds:
     """Return the tags that are where they should be; the others are expected there.
 
-    Args:
-        tags: Corners of tags.
-        prediction: Predicted pixels.
-        gate: Largest squared Mahalanobis distance of a corner, 2 degrees of freedom.
+    The gate is the largest squared Mahalanobis distance of a corner, 2 degrees of freedom.
     """
     leds, pixels = tags.leds.tolist(), tags.pixels_px.tolist()
     near = set(_near(prediction, leds, tags.spots, pixels, gate))

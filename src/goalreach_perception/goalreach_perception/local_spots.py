@@ -106,13 +106,7 @@ class LocalSpotMeter:
         self._grids = [_Grid(radius) for radius in _RADII_PX]
 
     def measure(self, image: Image, corners: list[Corner], streak_px: float) -> list[LocalSpot]:
-        """Measure the spots at given pixels.
-
-        Args:
-            image: (height, width) grey values.
-            corners: Pixels (u, v) at or near the peaks.
-            streak_px: Longest line that motion may draw a spot out to.
-        """
+        """Measure the spots at or near pixels, drawn out by motion to at most `streak_px`."""
         found: list[LocalSpot] = []
         rows, corners = list(range(len(corners))), [*corners]
         for grid in self._grids:
@@ -333,12 +327,8 @@ def stand_out(image: cv2.typing.MatLike, square_px: int = _COARSE_PX) -> Image:
 def peaks_that_stand_out(image: Image, count: int, least_dn: float) -> list[Corner]:
     """Return the pixels of the highest peaks that stand out, highest first.
 
-    In an image of half the size: a quarter of the pixels cost a fifth, and their mean is smooth.
-
-    Args:
-        image: (height, width) grey values.
-        count: Largest number of peaks.
-        least_dn: Least height, in the smaller image.
+    In an image of half the size, in which a peak is at least `least_dn` high: a quarter of the
+    pixels cost a fifth, and their mean is smooth.
     """
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     above = stand_out(half, side := _COARSE_PX // 2 + 1)

@@ -64,12 +64,7 @@ BEHIND_M: Final = 0.06
 
 @dataclass(frozen=True, kw_only=True)
 class Lens:
-    """Focal lengths and principal point as arrays, made once per camera.
-
-    Attributes:
-        focal_px: (2,) focal lengths along u and v.
-        centre_px: (2,) principal point.
-    """
+    """Focal lengths and principal point along u and v as (2,) arrays, made once per camera."""
 
     focal_px: FloatArray
     centre_px: FloatArray
@@ -141,11 +136,8 @@ def prior_covariance(
 ) -> FloatArray:
     """Return the covariance of the states before the first image; zero for the pose.
 
-    Args:
-        noise: Expected errors.
-        led_count: Number of LEDs.
-        tags: The tags; the errors of the corners of each are correlated.
-        after: Standard deviations of the states after the landmarks.
+    The errors of the corners of each tag are correlated. `after` are the standard deviations of
+    the states after the landmarks.
     """
     end = LEDS + 3 * (led_count + CORNERS * len(tags))
     sigmas = np.zeros(end + len(after))
@@ -214,16 +206,7 @@ def state_jacobian(
 
 
 class Optics:
-    """A lens with its distortion.
-
-    Args:
-        camera: Intrinsics of the camera.
-        roll_rad: How far the camera is turned about its axis, its left side up.
-
-    Attributes:
-        camera: The same.
-        lens: Its pinhole part.
-    """
+    """A lens with its distortion, of a camera that may be turned about its axis, left side up."""
 
     def __init__(self, camera: PinholeCamera, roll_rad: float = 0.0) -> None:
         self.camera = camera

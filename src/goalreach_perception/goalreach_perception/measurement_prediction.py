@@ -157,13 +157,8 @@ def second_order_variances_px2(
     With a standard deviation s of the optical centre and an LED at depth Z, the second-order term
     of a pixel is of the order of f s^2 / (2 Z^2), and the effect of the encoder noise e is wrong
     by e f s / Z. Both are added as noise (a second-order filter in its simplest form); without
-    them an uncertain pose would soon be overconfident.
-
-    Args:
-        depth_m: n distances of LEDs along the optical axis.
-        focal_px: Focal length.
-        spread_m2: Variance of the optical centre, on the floor (x and y together) and in height.
-        encoder_sigma_rad: Noise of the head's encoders (1 sigma).
+    them an uncertain pose would soon be overconfident. `spread_m2` is the variance of the optical
+    centre on the floor, x and y together, and in height.
     """
     floor_m2, height_m2 = spread_m2
     bent, turned = 0.5 * focal_px * floor_m2, (encoder_sigma_rad * focal_px) ** 2
@@ -175,12 +170,7 @@ def second_order_variances_px2(
 def compute_innovation(
     prediction: Prediction, pixels_px: FloatArray, sigmas_px: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Compare measured pixels with their prediction.
-
-    Args:
-        prediction: Of the LEDs measured.
-        pixels_px: (k, 2) measured ideal pixels.
-        sigmas_px: (k,) standard deviation per axis.
+    """Compare measured pixels, with a standard deviation each, with their prediction.
 
     Returns:
         The innovation (2 k,), its covariance (2 k, 2 k), the inverse of that, and the squared
@@ -199,11 +189,6 @@ def equivalent_gate(gate: float, freedom: int, larger: int) -> float:
     """Return the gate that is exceeded as rarely with more degrees of freedom.
 
     By the cube root of chi-square, which is nearly normal (Wilson and Hilferty, PNAS 1931).
-
-    Args:
-        gate: A gate for `freedom` degrees of freedom.
-        freedom: Those for which it was chosen.
-        larger: Those of a measurement; for fewer, the gate is as it is.
     """
     if larger <= freedom:
         return gate

@@ -64,14 +64,9 @@ class InnovationWatch:
 class ConstantsWatch:
     """Finds the constant whose estimate is too far from what was given, an LED above all.
 
-    The limit of the coordinates of LEDs and tags grows with their number, so that chance exceeds
-    it as rarely as with three LEDs (Bonferroni's inequality: Dunn, "Multiple comparisons among
-    means", JASA 1961).
-
-    Args:
-        given: What was given for all states.
-        sigmas: Its standard deviations.
-        places: The states that are surveyed coordinates.
+    The limit of the coordinates of LEDs and tags, the states `places`, grows with their number, so
+    that chance exceeds it as rarely as with three LEDs (Bonferroni's inequality: Dunn, "Multiple
+    comparisons among means", JASA 1961).
 
     Attributes:
         suspect: Index of the constant; 0 for none.
@@ -134,11 +129,9 @@ class FixWatch:
     def add_fix(self, azimuth_rad: float, joints: HeadAngles, late_rad: float = 0.0) -> None:
         """Compare the camera's turn from one fix to the next with that of the joints.
 
-        Args:
-            azimuth_rad: Azimuth of the camera by the image, minus the heading of the odometry.
-            joints: Encoder readings.
-            late_rad: How far the camera turns in the time by which the image may be late; only
-                fixes of the same are compared.
+        The azimuth is that of the camera by the image, minus the heading of the odometry.
+        `late_rad` is how far the camera turns in the time by which the image may be late; only
+        fixes of the same are compared.
         """
         self._unsolved = self._unlit = 0
         if self._last is not None and abs(self._last[2] - late_rad) < _LATE_RAD:

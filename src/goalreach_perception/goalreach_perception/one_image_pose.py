@@ -68,13 +68,8 @@ class ImageGeometry:
     ) -> tuple[FloatArray, Projection]:
         """Project LEDs from poses, each with the camera direction of its spot.
 
-        Args:
-            poses: (m, 3) of x, y, azimuth.
-            leds: (m, k) indices of LEDs.
-            spots: (m, k) indices of the spots.
-
-        Returns:
-            LEDs minus the optical centre, (m, k, 3), and their projection.
+        Poses are (m, 3), the indices of LEDs and spots (m, k). Returns LEDs minus the optical
+        centre, (m, k, 3), and their projection.
         """
         offsets_m = self.leds_m[leds]
         offsets_m[..., :2] -= poses[:, None, :2]

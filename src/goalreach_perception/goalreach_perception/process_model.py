@@ -100,16 +100,10 @@ class OdometryModel:
     def propagate_mean(
         self, mean: FloatArray, before: Pose2, after: Pose2, dt_s: float = math.inf
     ) -> tuple[float, float]:
-        """Move the mean in place.
+        """Move the mean in place; return the distance by odometry, metres, and the turn, radians.
 
-        Args:
-            mean: The state vector.
-            before: Odometry pose at the last image.
-            after: Odometry pose now, in the same frame.
-            dt_s: Time between them; wheels slip outward by their speed times the turn.
-
-        Returns:
-            The distance by odometry, metres, and the turn, radians.
+        Odometry poses are those at the last image and now; in the time between them wheels slip
+        outward by their speed times the turn.
         """
         dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
         turn = self._config.turn_scale * angle_difference(after.heading_rad, before.heading_rad)
@@ -147,14 +141,8 @@ class FadingMemory:
     """Models constants as Ornstein-Uhlenbeck processes around their prior.
 
     With a = exp(-dt / memory), the mean m becomes m0 + a (m - m0) and the covariance P becomes
-    a^2 P + (1 - a^2) P0. Errors that repeat from image to image then do not accumulate into false
-    certainty, and no estimate drifts without bound.
-
-    Args:
-        mean: (n,) prior mean.
-        prior: (n, n) prior covariance.
-        fading: (n,) whether each state fades.
-        memory_s: Time constant.
+    a^2 P + (1 - a^2) P0, for the states that fade. Errors that repeat from image to image then do
+    not accumulate into false certainty, and no estimate drifts without bound.
     """
 
     def __init__(

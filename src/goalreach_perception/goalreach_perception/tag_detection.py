@@ -64,11 +64,8 @@ _NONE = MatchedLeds(np.empty(0, dtype=np.intp), Spots.unknown(0), np.empty((0, 2
 class TagDetector:
     """Finds the tags of an arena in mono8 images.
 
-    Args:
-        tags: The tags.
-        family: Their family.
-        led_count: Index of the first corner among the landmarks.
-        corner_sigma_px: Part of the error of a corner that repeats from image to image.
+    Their corners are the landmarks from `led_count` on. Part of the error of a corner,
+    `corner_sigma_px`, repeats from image to image.
     """
 
     def __init__(
@@ -86,12 +83,7 @@ class TagDetector:
         self._patterns = {tag.id: tag_pattern(family, tag.id) for tag in tags}
 
     def find(self, image: Image, optics: Optics) -> MatchedLeds:
-        """Return the corners of the tags in an image.
-
-        Args:
-            image: (height, width) grey values.
-            optics: The lens; distortion is removed before tags are sought.
-        """
+        """Return the corners of the tags in an image, whose distortion is removed beforehand."""
         if not self._first:
             return _NONE
         fits: dict[int, TagFit] = {}
@@ -126,10 +118,8 @@ def outside(spots: Spots, tags: MatchedLeds) -> Spots:
 def fit_corners(image: Image, corners_px: FloatArray, pattern: Image) -> TagFit | None:
     """Return the corners of the projection of a tag that fits an image best, or None.
 
-    Args:
-        image: (height, width) grey values, without distortion.
-        corners_px: (4, 2) about where they are.
-        pattern: The cells of the tag, one pixel each, with a margin of one.
+    The image has no distortion, the corners (4, 2) are about right, and the pattern has a pixel
+    for each cell of the tag and of a margin of one.
     """
     corners_px = corners_px + 0.5 * np.sign(corners_px - corners_px.mean(axis=0))
     edges_px = np.hypot(*(np.roll(corners_px, -1, axis=0) - corners_px).T)

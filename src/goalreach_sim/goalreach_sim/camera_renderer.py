@@ -31,16 +31,9 @@ _NOTHING = (slice(0, 0), slice(0, 0))
 
 
 def pixel_shares(centre_px: float, sigma_px: float, first: int, last: int) -> FloatArray:
-    """Return the fraction of a one-dimensional Gaussian that falls on each pixel.
+    """Return the fraction of a one-dimensional Gaussian that falls on each of a range of pixels.
 
-    Args:
-        centre_px: Its centre; pixel i extends from i - 0.5 to i + 0.5.
-        sigma_px: Its standard deviation.
-        first: First pixel.
-        last: Pixel after the last.
-
-    Returns:
-        (last - first,) fractions with a sum of at most one.
+    Pixel i extends from i - 0.5 to i + 0.5; the sum is at most one.
     """
     scale, edge_px, erf = 1.0 / (sigma_px * math.sqrt(2.0)), centre_px + 0.5, math.erf
     edges = [0.5 * erf((i - edge_px) * scale) for i in range(first, last + 1)]
@@ -96,10 +89,7 @@ def wall_panorama(
 class TagPainter:
     """Draws tags by the projection of their corners; lens distortion inside a tag is left out.
 
-    Args:
-        camera: The true lens.
-        config: Tags as surveyed, light, and the size of the errors.
-        rng: Generator of the errors with which the tags hang.
+    The generator draws the errors with which the tags hang.
 
     Attributes:
         view: Projects the corners of the tags, four after four.
@@ -119,11 +109,9 @@ class TagPainter:
         self.view = CameraView(camera, np.array(places_m).reshape(-1, 3))
 
     def paint(self, light: NDArray[np.uint8], corners_px: FloatArray) -> None:
-        """Cover the light of an image by the tags in view.
+        """Cover the light of an image, (height, width), by the tags in view.
 
-        Args:
-            light: (height, width) grey values.
-            corners_px: (n, exposures, 2) corners of the black squares, NaN where one is hidden.
+        The corners of their black squares are (n, exposures, 2) pixels, NaN where one is hidden.
         """
         quads = corners_px.reshape(-1, CORNERS, *corners_px.shape[1:]).swapaxes(1, 2)
         for page, quads_px in zip(self._pages, quads.astype(np.float32, order='C'), strict=True):

@@ -15,16 +15,9 @@ from goalreach_msgs_py.values import FloatArray
 
 
 def emission_axes(landmarks_m: FloatArray, width_m: float, length_m: float) -> FloatArray:
-    """Return the axis of each LED, which points away from its wall into the arena.
+    """Return the axis of each LED, which points away from its wall into the arena, (n, 3).
 
-    Args:
-        landmarks_m: (n, 3) LEDs in `map`.
-        width_m: Arena size along x.
-        length_m: Arena size along y.
-
-    Returns:
-        (n, 3) horizontal unit vectors, the inward normal of the nearest wall; the goal wall at a
-        tie.
+    It is the inward normal of the nearest wall; of the goal wall at a tie.
     """
     normals = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     x_m, y_m = landmarks_m[:, 0], landmarks_m[:, 1]

@@ -60,14 +60,7 @@ class PanTiltHead:
     """Pan and tilt servos with mounting errors and encoder noise.
 
     A servo turns until its own encoder reads the target; the camera's true angle then differs by
-    the bias. A reading adds noise.
-
-    Attributes:
-        config: Ranges and rate.
-        noise_rad: Standard deviation of a reading.
-        pan_bias_rad: True pan angle minus its encoder's.
-        tilt_bias_rad: True tilt angle minus its encoder's.
-        rng: Generator of the encoder noise; two draws per reading.
+    the bias. A reading adds noise: two draws.
     """
 
     config: HeadConfig

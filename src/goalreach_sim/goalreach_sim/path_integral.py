@@ -26,14 +26,9 @@ _QUARTER_RAD = math.pi / 2.0
 
 
 class Motion(NamedTuple):
-    """A motion with constant accelerations; a tuple, since every piece of a drive makes one.
+    """A motion with constant accelerations, from heading, rates and speed at its start.
 
-    Attributes:
-        heading_rad: Drive heading at the start.
-        turn_rad_per_s: Its rate at the start.
-        turn_rad_per_s2: Its constant angular acceleration.
-        speed_m_per_s: Speed at the start, negative backwards.
-        acceleration_m_per_s2: Its constant acceleration.
+    A tuple, since every piece of a drive makes one. The speed is negative backwards.
     """
 
     heading_rad: float

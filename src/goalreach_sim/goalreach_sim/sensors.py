@@ -50,11 +50,9 @@ class SensorFrame:
 class WheelOdometry:
     """Dead reckoning by wheel encoders, independent of the true pose.
 
-    The encoders count wheel turns: the distance has a scale error and misses slip; the heading is
-    the steering angle since the start and misses rotations of the base.
-
-    Attributes:
-        scale: Distance measured by the encoders over distance driven.
+    The encoders count wheel turns: the distance has a scale error, measured over driven, and
+    misses slip; the heading is the steering angle since the start and misses rotations of the
+    base.
     """
 
     scale: float
@@ -89,14 +87,9 @@ _REACH_RAD = _SPACING_RAD + 1e-9
 
 
 def pressed_bumpers(directions_rad: Iterable[float], base_yaw_rad: float) -> tuple[bool, ...]:
-    """Return which sensors are pressed.
+    """Return which of the 20 sensors are pressed: their arcs, ends included, cover a direction.
 
-    Args:
-        directions_rad: Azimuths in `map` in which the body touches something.
-        base_yaw_rad: Orientation of the base in `map`; not the drive heading.
-
-    Returns:
-        20 flags: a sensor is pressed where its arc, ends included, covers a direction.
+    Directions are azimuths in `map`, as is the orientation of the base: not the drive heading.
     """
     bearings_rad = [direction_rad - base_yaw_rad for direction_rad in directions_rad]
     if not bearings_rad:  # as nearly always

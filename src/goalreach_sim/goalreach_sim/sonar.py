@@ -35,26 +35,17 @@ class SonarRing:
     """Ranges of sixteen sensors, all in each camera period; sensor i looks to 22.5 i degrees.
 
     Along each ray of a cone the first surface counts, and echoes unless it is met too far off its
-    normal; the nearest echo of a cone is its reading. A beam reflected away does not return.
-    The sensors sit on the bumper ring at a height at which every obstacle reflects.
-
-    Attributes:
-        config: Arena, body of the robot, error and drop-outs of a reading.
-        rng: Generator of errors and drop-outs.
+    normal; the nearest echo of a cone is its reading. A beam reflected away does not return. The
+    sensors sit on the bumper ring at a height at which every obstacle reflects.
     """
 
     config: SimulatorConfig
     rng: np.random.Generator
 
     def read(self, base: Pose2, obstacles: Sequence[Obstacle]) -> tuple[float, ...]:
-        """Return the range of each sensor.
+        """Return the range of each sensor from the robot's axis, metres, infinite without an echo.
 
-        Args:
-            base: Place of the robot and orientation of its base, in `map`.
-            obstacles: The obstacles as they stand.
-
-        Returns:
-            (16,) metres from the robot's axis; infinite where there is no echo.
+        The heading of `base` is the orientation of the base in `map`.
         """
         config, radius_m = self.config, self.config.body_radius_m
         bearings, axes = _BEARINGS_RAD + base.heading_rad, _AXES + base.heading_rad

@@ -146,15 +146,10 @@ class Walls:
 
 
 def first_crossing(gap_m: Callable[[float], float], end_s: float) -> float:
-    """Return when a gap that shrinks over [0, end] reaches zero.
+    """Return when a gap that shrinks over [0, end] reaches zero, within rounding of the crossing.
 
-    Args:
-        gap_m: Gap as a function of time: not negative at 0, negative at `end_s`, monotonic but for
-            rounding.
-        end_s: End of the interval.
-
-    Returns:
-        A time at which the gap is not negative, within rounding of the crossing.
+    The gap, monotonic but for rounding, is not negative at 0 nor at the time returned, and
+    negative at the end.
     """
     low_s, high_s = 0.0, end_s
     for _ in range(_BISECTIONS):

@@ -23,13 +23,7 @@ _COLOURS = (
 def image_markers(
     landmarks: Sequence[LandmarkObservation | None], stamp_ns: int, prefix: str = ''
 ) -> ImageMarker:
-    """Return one dot for each detected LED, in pixels, coloured by its number.
-
-    Args:
-        landmarks: Observation of LED i, or None if it was not detected.
-        stamp_ns: Stamp of the image.
-        prefix: Prefix of the frame.
-    """
+    """Return one dot for each detected LED, in pixels, coloured by its number."""
     detected = [(number, led) for number, led in enumerate(landmarks) if led is not None]
     return ImageMarker(
         header=header(stamp_ns, prefix + CAMERA_FRAME),

@@ -20,12 +20,8 @@ class CommandGuard:
 
     A command without a stamp counts as given now, like those of ROS 2 teleoperation nodes. One
     from the future is reported and accepted: the sender's clock is wrong, the command is fresh.
-
-    Attributes:
-        node: The robot's node.
-        limit_s: Age from which a command is refused, seconds of the graph's clock.
-        brakes_after_s: Time without a command after which the watchdog brakes, seconds.
-        reports_silence: Whether to report missing commands; in lockstep the clock does that.
+    Times are of the graph's clock; `brakes_after_s` without a command the watchdog brakes. In
+    lockstep the clock reports missing commands.
     """
 
     node: Node
