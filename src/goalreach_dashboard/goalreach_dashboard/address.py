@@ -22,9 +22,7 @@ def is_loopback(host: str) -> bool:
 def bind(host: str, port: int | None) -> socket.socket:
     """Return a listening socket; browsers that connect before the server runs wait for it.
 
-    Args:
-        host: Address of this machine.
-        port: Port; 0 for any free one; None for the first free one from 8080.
+    Port 0 is any free one, None the first free one from 8080.
 
     Raises:
         GoalreachError: The port is taken, or the address is not of this machine.

@@ -62,13 +62,9 @@ class TopicRate:
 
 
 class GraphHealth:
-    """Liveness of nodes, by what they publish and whether they respond to services.
-
-    Args:
-        topics_of: By node, the topics that only it publishes.
+    """Liveness of nodes, by the topics that only they publish and by responses to services.
 
     Attributes:
-        nodes: Names of the nodes.
         topics: Rates by topic.
     """
 

@@ -17,10 +17,7 @@ _S_PER_NS: Final = 1e-9
 
 
 class Trail:
-    """A path as the text of an SVG polyline, in centimetres, y downward.
-
-    Args:
-        length_m: Length of the arena along y; the picture's y is measured from the far wall.
+    """A path as the text of an SVG polyline, in centimetres, y downward from the arena's far wall.
 
     Attributes:
         text: The `points` attribute; it only grows, until the trail is cleared or too long.

@@ -92,14 +92,9 @@ class PathStatistics:
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPicture:
-    """An image and the landmarks detected in it.
+    """An encoded image as a `data:` URL, and the landmarks detected in it.
 
-    Attributes:
-        url: The encoded image as a `data:` URL.
-        width_px: Its width.
-        height_px: Its height.
-        landmarks: LEDs by number, None where not seen; empty where unknown.
-        stamp_ns: Stamp of the image.
+    LEDs are by number, None where not seen; there are none where unknown.
     """
 
     url: str
@@ -111,23 +106,12 @@ class CameraPicture:
 
 @dataclass(kw_only=True)
 class PageState:
-    """All that the page shows.
+    """All that the page shows; what has not come yet is None or empty.
 
     Attributes:
-        arena: The arena.
-        poses: Poses and trails.
-        paths: Outcomes of the finished paths.
-        health: Nodes and topics.
-        state: The last region state, or None.
-        policy: The learned policy, or None.
         learner: Name and state of the learner, if it keeps more than a table.
-        picture: The last image, or None.
-        landmarks: The last detections.
-        head: Joint angles of the head, or None.
-        bumpers: Pressed sensors.
         behaviors: What behaviours proposed last, none where goal-reaching is alone.
         obstacles: Obstacles: x, y, length, width (m), heading (rad), whether round.
-        fov_rad: Horizontal field of view.
         clock_ns: Time of the graph's clock.
         parameters: Polled parameters by node.
         paused_ns: Time of the clock when this page paused the simulation, or None.

@@ -36,16 +36,7 @@ SESSION_PATHS: Final = 22
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationPlan:
-    """Everything that determines the paths of an evaluation.
-
-    Attributes:
-        arena: The arena.
-        noise: Errors of the sensors.
-        policy: The policy to drive.
-        controller: Configuration of the controller.
-        starts: Starting poses, one path each.
-        seed: Seed of every random draw.
-    """
+    """Everything that determines the paths of an evaluation, one from each start."""
 
     arena: Arena
     noise: NoiseModel
@@ -150,13 +141,7 @@ class EvaluationRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """The driven paths of an evaluation.
-
-    Attributes:
-        request: What was evaluated.
-        sessions: Results of the sessions, in order.
-        wall_time_s: Time it took, seconds.
-    """
+    """The driven paths of an evaluation by session, in order."""
 
     request: EvaluationRequest
     sessions: Sequence[SessionResult]

@@ -93,14 +93,10 @@ class Tick:
 def measure_path(
     start: Pose2, ticks: Sequence[Tick], outcome: PathOutcome, *, in_goal: bool | None
 ) -> PathResult:
-    """Return the measures of a path.
+    """Return the measures of a path from a pose in `map`.
 
-    Args:
-        start: Pose the robot was placed at, in `map`.
-        ticks: The control steps of the path, in order.
-        outcome: How the path ended according to the controller.
-        in_goal: Whether the robot's true centre was inside the goal region at that moment;
-            None where the poses were estimates.
+    It ended as the controller says. Whether the robot's true centre was inside the goal region at
+    that moment is None where the poses were estimates.
     """
     truths = [tick.truth for tick in ticks]
     moves = list(itertools.pairwise(truths))

@@ -149,11 +149,7 @@ class InputAligner:
     ) -> list[tuple[int, dict[str, Any]]]:
         """Add a value of an input; return what is complete, in the order of the stamps.
 
-        Args:
-            name: The input.
-            stamp_ns: Stamp of the value, nanoseconds.
-            value: The value.
-            now_s: The present time of a steady clock.
+        The present time is that of a steady clock.
 
         Returns:
             Leading stamps, each with the values by name. A leading stamp older than the last is

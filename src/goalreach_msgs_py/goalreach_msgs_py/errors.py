@@ -53,11 +53,9 @@ class ConfigurationError(GoalreachError):
 
 
 class FileFormatError(GoalreachError):
-    """A file that cannot be used.
+    """A file that cannot be used, named as the user did, and why.
 
-    Args:
-        path: The file as the user named it.
-        reason: What is wrong, with the field and the value where there are any.
+    The reason names the field and the value where there are any.
     """
 
     def __init__(self, path: object, reason: str) -> None:

@@ -95,11 +95,9 @@ class InputMonitor:
         return None
 
     def check(self, now_s: float, missing: Mapping[str, int] | None = None) -> list[InputProblem]:
-        """Return what is wrong now; to be called several times a second.
+        """Return what is wrong now, by a steady clock; to be called several times a second.
 
-        Args:
-            now_s: The present time of a steady clock.
-            missing: How often each input has been missing so far, where that is counted.
+        Losses are found where it is counted how often each input has been missing so far.
         """
         stalled_s = 0.0 if self._checked_s is None else now_s - self._checked_s
         self._checked_s = now_s

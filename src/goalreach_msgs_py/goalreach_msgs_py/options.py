@@ -58,12 +58,10 @@ def option(
     description: str,
     **settings: Any,  # noqa: ANN401 - attributes of OptionInfo
 ) -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
-    """Return a dataclass field that is an option of a command.
+    """Return a dataclass field that is an option of a command, or `REQUIRED` as its default.
 
-    Args:
-        default: The default value, or `REQUIRED`.
-        description: Help text; the default is appended to it where there is one to show.
-        settings: Attributes of `OptionInfo`, such as `minimum`, `choices` or `metavar`.
+    The default is appended to the help text where there is one to show. Settings are attributes
+    of `OptionInfo`, such as `minimum`, `choices` or `metavar`.
     """
     info = OptionInfo(description=description, **settings)
     return dataclasses.field(default=default, metadata={_KEY: info})

@@ -134,10 +134,8 @@ def is_number(value: object) -> TypeGuard[float]:
 def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, ...]:
     """Return the numbers of nested lists of a document in order.
 
-    Args:
-        value: The part of the document.
-        shape: Lengths of the lists, the outermost first; empty for one number.
-        place: Its name, for messages.
+    The shape is the lengths of the lists, the outermost first; it is empty for one number. The
+    place is named in messages.
 
     Raises:
         ConfigurationError: A list has another length, or an element is no finite number.
@@ -172,11 +170,8 @@ def flatten_config(config: object) -> dict[str, Any]:
 def build_config(cls: type[ConfigT], values: Mapping[str, Any], prefix: str = '') -> ConfigT:
     """Build a configuration from values by dotted name; what is missing keeps its default.
 
-    Args:
-        cls: The configuration dataclass.
-        values: Values by dotted name. Lists become tuples, whole numbers become floats where
-            the default is a float.
-        prefix: Dotted prefix of `values` that belongs to `cls`.
+    Lists become tuples, whole numbers become floats where the default is a float. The prefix is
+    that of the names that belong to the class.
 
     Raises:
         ConfigurationError: A value is refused; the field is named with its prefix.

@@ -58,12 +58,9 @@ def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
 def parse_region(
     name: str, shape: tuple[int, int] | None = None, own: Sequence[tuple[str, ...]] = ()
 ) -> Region:
-    """Return the region that `region_name` wrote.
+    """Return the region that `region_name` wrote; the shape is None where it is unknown.
 
-    Args:
-        name: The name.
-        shape: Numbers of columns and rows; None where they are unknown.
-        own: Labels of columns and rows that replace the usual ones.
+    Own labels of columns and rows replace the usual ones.
 
     Raises:
         ConfigurationError: The text is not `X/Y` with such labels.

@@ -79,12 +79,7 @@ class LandmarkObservation:
 
 @dataclass(frozen=True, kw_only=True)
 class PoseEstimate:
-    """An estimated pose in `map` with its covariance.
-
-    Attributes:
-        pose: The mean.
-        covariance: (3, 3) of x (m), y (m), heading (rad).
-    """
+    """A mean pose in `map` with its covariance, (3, 3) of x (m), y (m), heading (rad)."""
 
     pose: Pose2
     covariance: FloatArray

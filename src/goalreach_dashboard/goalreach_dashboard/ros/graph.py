@@ -93,11 +93,8 @@ class GraphClient:
     """The page's two nodes and what it knows of the graph; never blocks.
 
     Messages are taken from the first node when the page draws; the second node's executor handles
-    responses of services, also when the page draws.
-
-    Args:
-        arena: The arena, until the robot's parameters describe another.
-        robot: Namespace of the robot.
+    responses of services, also when the page draws. The arena is that given until the parameters
+    of the robot in the namespace describe another.
 
     Attributes:
         robots: Namespaces of the domain's robots, this one included; the default one is empty.

@@ -62,13 +62,9 @@ class _Consumer:
 
 
 class AcknowledgementGate:
-    """The simulator's side: counts the ticks that each consumer has not acknowledged.
+    """The simulator's side: counts the ticks that each consumer, a node, has not acknowledged.
 
-    Args:
-        node: The simulator's node.
-        consumers: Names of the nodes that must miss no tick.
-        period_ns: Time between two ticks.
-        on_room: Called when the last full window has room again, or its consumer has ended.
+    Room is reported when the last full window has some again, or its consumer has ended.
     """
 
     def __init__(

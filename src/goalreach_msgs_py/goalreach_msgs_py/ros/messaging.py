@@ -113,15 +113,10 @@ def subscribe_raw(
 ) -> None:
     """Subscribe to serialized messages that begin with a stamp; see `advertise` for names and QoS.
 
-    Args:
-        node: The node that subscribes.
-        message_type: Type of the messages.
-        topic: Name of the topic.
-        callback: Called with the stamp, nanoseconds, and the message. A `MessageError` that it
-            raises is logged, and the message dropped.
-        qos: Quality of service.
-        entity_id: Tells apart, in `qos_overrides.TOPIC.subscription_ID.*`, a second subscription
-            of the node to the same topic, which would take over the parameters of the first.
+    The callback is given the stamp, nanoseconds, and the message. A `MessageError` that it raises
+    is logged, and the message dropped. A second subscription of the node to the same topic would
+    take over the parameters of the first: `entity_id` tells it apart, in
+    `qos_overrides.TOPIC.subscription_ID.*`.
     """
 
     def receive(raw: bytes) -> None:

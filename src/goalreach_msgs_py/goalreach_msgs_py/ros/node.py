@@ -42,9 +42,8 @@ _DIAGNOSTICS_TICKS = 25
 class Diagnostics:
     """Publishes the status of a node on `/diagnostics`, once in 25 ticks (1 Hz at 25 Hz).
 
-    Args:
-        node: The node. To be its first publisher: a recorder then knows it once it knows another.
-        reply: The reply to a tick, of which the status is a part.
+    To be the node's first publisher: a recorder then knows it once it knows another. The status is
+    part of the reply to a tick.
     """
 
     def __init__(self, node: Node, reply: StampedReply) -> None:

@@ -31,13 +31,8 @@ class NodeConfig(Generic[ConfigT]):
     """One configuration dataclass held by a node's parameters.
 
     Every field is declared with its description and range; a start value or a later change that
-    the dataclass refuses is refused with the dataclass's own reason.
-
-    Args:
-        node: The node that declares.
-        cls: The configuration dataclass.
-        live: Dotted names that may change after start; all others are read-only.
-        on_change: Called with the new configuration after an accepted change.
+    the dataclass refuses is refused with the dataclass's own reason. Live fields, by dotted name,
+    may change after start, which is reported; all others are read-only.
 
     Raises:
         ConfigurationError: A value given at start is refused.

@@ -24,12 +24,7 @@ _MOST_KEPT_BYTES = 64 << 20
 
 
 class StopRequest:
-    """Turns SIGINT and SIGTERM into a flag that a main loop checks.
-
-    Attributes:
-        requested: Whether a signal has arrived.
-        signal: Its number; 0 before.
-    """
+    """Turns SIGINT and SIGTERM into a flag that a main loop checks; notes which one came."""
 
     def __init__(self) -> None:
         self.requested = False
