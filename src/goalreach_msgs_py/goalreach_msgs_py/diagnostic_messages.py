@@ -17,7 +17,7 @@ import numpy as np
 from goalreach_msgs_py.cdr import CdrReader, CdrWriter, MessageError
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.pose_messages import require_finite
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, labels, parse_region, region_name
+from goalreach_msgs_py.regions import labels, parse_region, region_name
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, MAP_FRAME
 from goalreach_msgs_py.values import (
     Confidence,
@@ -62,9 +62,9 @@ class Status:
 @lru_cache
 def _state_keys(columns: int, rows: int) -> tuple[str, ...]:
     """Return the keys of a state's values in their order."""
-    mu_x = (f'mu_x.{label}' for label in labels(X_LABELS, 'X', columns))
-    mu_y = (f'mu_y.{label}' for label in labels(Y_LABELS, 'Y', rows))
-    return (*mu_x, *mu_y, 'x_m', 'y_m', 'heading_rad', 'goal_probability')
+    axes = zip('xy', labels((columns, rows)), strict=True)
+    mu = (f'mu_{axis}.{label}' for axis, names in axes for label in names)
+    return (*mu, 'x_m', 'y_m', 'heading_rad', 'goal_probability')
 
 
 def statuses_to_raw(statuses: Sequence[Status], stamp_ns: int, frame_id: str = '') -> bytes:

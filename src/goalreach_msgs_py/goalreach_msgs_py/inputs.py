@@ -120,11 +120,10 @@ class InputMonitor:
         ages_s = {topic: now_s - last.received_s for topic, last in self._inputs.items()}
         if not any(age_s <= 0.5 * _SILENT_S for age_s in ages_s.values()):
             return []
-        silent = {topic: age_s for topic, age_s in ages_s.items() if age_s > _SILENT_S}
-        silent = {topic: age_s for topic, age_s in silent.items() if topic not in self._held}
         return [
             InputProblem(topic=topic, kind='silent', text=f'nothing for {age_s:.1f} s')
-            for topic, age_s in silent.items()
+            for topic, age_s in ages_s.items()
+            if age_s > _SILENT_S and topic not in self._held
         ]
 
     def _find_lost(self, missing: Mapping[str, int]) -> list[InputProblem]:

@@ -40,9 +40,12 @@ DEFAULT_X_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _X_KNOTS_IN)
 DEFAULT_Y_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _Y_KNOTS_IN)
 
 
-def labels(paper: tuple[str, ...], axis: str, count: int) -> tuple[str, ...]:
-    """Return the labels of columns or rows: the paper's for three, else the axis and a number."""
-    return paper if count == len(paper) else tuple(f'{axis}{k}' for k in range(1, count + 1))
+def labels(shape: tuple[int, int]) -> list[tuple[str, ...]]:
+    """Return the labels of columns and of rows: the paper's for three, else axis and number."""
+    return [
+        paper if count == len(paper) else tuple(f'{axis}{k}' for k in range(1, count + 1))
+        for axis, paper, count in zip('XY', (X_LABELS, Y_LABELS), shape, strict=True)
+    ]
 
 
 def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
@@ -51,7 +54,7 @@ def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
     >>> region_name((1, 0)), region_name((1, 0), (5, 3))
     ('FRONT/NEAR', 'X2/NEAR')
     """
-    columns, rows = labels(X_LABELS, 'X', shape[0]), labels(Y_LABELS, 'Y', shape[1])
+    columns, rows = labels(shape)
     return f'{columns[region[0]]}/{rows[region[1]]}'
 
 
@@ -65,8 +68,7 @@ def parse_region(
     Raises:
         ConfigurationError: The text is not `X/Y` with such labels.
     """
-    columns, rows = shape or (MOST_REGIONS, MOST_REGIONS)
-    known_x, known_y = own or (labels(X_LABELS, 'X', columns), labels(Y_LABELS, 'Y', rows))
+    known_x, known_y = own or labels(shape or (MOST_REGIONS, MOST_REGIONS))
     if shape is None:
         known_x, known_y = (*X_LABELS, *known_x), (*Y_LABELS, *known_y)
     x_label, _, y_label = name.partition('/')
@@ -176,8 +178,7 @@ class RegionMap:
     @property
     def labels(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Labels of the columns and of the rows."""
-        columns, rows = self.shape
-        x, y = self.own_labels or (labels(X_LABELS, 'X', columns), labels(Y_LABELS, 'Y', rows))
+        x, y = self.own_labels or labels(self.shape)
         return x, y
 
     def name(self, region: Region) -> str:
