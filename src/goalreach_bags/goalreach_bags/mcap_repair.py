@@ -87,12 +87,7 @@ def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
 
 @dataclass(kw_only=True)
 class McapScan(StorageScan):
-    """Result of reading an MCAP file record by record.
-
-    Attributes:
-        schemas: Schemas by number.
-        channels: Channels by number.
-    """
+    """Result of reading an MCAP file record by record."""
 
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)

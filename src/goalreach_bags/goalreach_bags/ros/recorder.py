@@ -241,9 +241,6 @@ def record(options: RecordOptions) -> tuple[str, bool]:
 
     Returns:
         A line about the result, and whether the whole recording is in the bag.
-
-    Raises:
-        BagError: The bag cannot be made.
     """
     terminate_with_launcher()
     stop = StopRequest()

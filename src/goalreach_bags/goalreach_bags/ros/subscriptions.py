@@ -32,9 +32,6 @@ class TopicSubscription(RawReader):
         type_name: Its type.
         stamped: Whether its messages begin with a stamp.
         numbers: Counts messages published between others that were received, but not received.
-
-    Raises:
-        GoalreachError: The type is not installed.
     """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
@@ -65,12 +62,7 @@ ReceivedMessage = tuple[TopicSubscription, bytes, Mapping[str, Any]]
 
 
 class GraphSubscriptions:
-    """Subscribes to the selected topics of the graph, and to the clock.
-
-    Attributes:
-        by_name: The subscriptions by topic.
-        records: Returns whether a topic is to be recorded, not only received.
-    """
+    """Subscribes to the selected topics of the graph, and to the clock."""
 
     def __init__(self, node: Node, selection: TopicSelection, clock: str = CLOCK) -> None:
         self._node = node

@@ -83,11 +83,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def _ask(question: str, default: AnswerT, parse: Callable[[str], AnswerT]) -> AnswerT:
-    """Return an answer, or the default for an empty line; ask again after an invalid one.
-
-    Raises:
-        CommandError: There is no further line.
-    """
+    """Return an answer, or the default for an empty line; ask again after an invalid one."""
     while True:
         print(f'{question} [{default}]: ' if default else f'{question}: ', end='', flush=True)
         if not (line := sys.stdin.readline()):

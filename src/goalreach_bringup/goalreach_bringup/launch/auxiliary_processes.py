@@ -123,11 +123,7 @@ _DRAIN_S: Final = 30.0
 
 
 class RecorderProcess(ChildProcess):
-    """Runs `goalreach record` for a run.
-
-    Attributes:
-        failed: Whether it ended with an error.
-    """
+    """Runs `goalreach record` for a run."""
 
     def __init__(self, bag: Path, arguments: Sequence[str], directory: Path) -> None:
         self.failed = False

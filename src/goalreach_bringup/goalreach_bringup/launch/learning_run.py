@@ -86,11 +86,7 @@ class LearningRun:
 
     @staticmethod
     def verdict(path: Path, arena: Arena) -> str:
-        """Return the message at the end of learning: the success of the policy in the file.
-
-        Raises:
-            FileFormatError: The file cannot be read.
-        """
+        """Return the message at the end of learning: the success of the policy in the file."""
         policy = read_policy(path)
         successes = greedy_successes(arena, policy)
         driven = policy.learning.get(_PATHS_DRIVEN, 0)

@@ -20,11 +20,7 @@ _START_NUMBERS: Final = 3
 
 
 def parse_start(text: str) -> Pose2:
-    """Return the pose of `X,Y,HEADING_DEG` (metres, metres, degrees).
-
-    Raises:
-        ConfigurationError: The text is not three finite numbers.
-    """
+    """Return the pose of `X,Y,HEADING_DEG` (metres, metres, degrees)."""
     try:
         numbers = [float(part) for part in text.split(',')]
     except ValueError:
@@ -41,11 +37,7 @@ def _parse_remap(text: str) -> str:
 
 
 def parse_namespace(text: str) -> str:
-    """Return a namespace without its leading slash.
-
-    Raises:
-        ConfigurationError: It is none.
-    """
+    """Return a namespace without its leading slash."""
     if not re.fullmatch(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', text, re.ASCII):
         raise ConfigurationError('--namespace', text, 'a ROS 2 namespace such as robot1')
     return text.removeprefix('/')

@@ -93,10 +93,6 @@ class RunRequests:
     """Reports a run to the page, and serves the requests of the page.
 
     Attributes:
-        page: The page.
-        options: Options of the run.
-        directory: Directory of the run.
-        stop: Ends the run.
         ends: Whether the page has requested the end of the run.
     """
 

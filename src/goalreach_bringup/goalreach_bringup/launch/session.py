@@ -53,9 +53,6 @@ class RunSession:
     Attributes:
         page: The page, for the next run or to be stopped; None where there is none.
         next_options: Options of the run that the page asks for, or None.
-
-    Raises:
-        GoalreachError: An option does not fit.
     """
 
     def __init__(self, options: RunOptions, page: PageProcess | None = None) -> None:
@@ -76,11 +73,7 @@ class RunSession:
         self._sim_time_s = 0.0
 
     def execute(self) -> int:
-        """Run; return 0 where every requested path reached the goal, else 1.
-
-        Raises:
-            GoalreachError: A file or a parameter is refused, or a node died.
-        """
+        """Run; return 0 where every requested path reached the goal, else 1."""
         options = self._options
         if options.summary:
             require_writable(options.summary)

@@ -33,9 +33,6 @@ class Session(ExitStack):
 
     Signals end it between two steps of the executor: inside ROS code they could surface as any
     error.
-
-    Attributes:
-        spin_time_s: Time allowed for discovery.
     """
 
     def __init__(self, args: argparse.Namespace) -> None:
@@ -56,11 +53,7 @@ class Session(ExitStack):
         self._executor.add_node(self.node)
 
     def spin_once(self) -> None:
-        """Run what is ready, or wait for it.
-
-        Raises:
-            SystemExit: SIGINT or SIGTERM was received.
-        """
+        """Run what is ready, or wait for it; raise SystemExit after SIGINT or SIGTERM."""
         self._executor.spin_once(timeout_sec=_STEP_S)
         if self._stop.requested:
             raise SystemExit(128 + self._stop.signal)
@@ -75,11 +68,7 @@ class Session(ExitStack):
         return True
 
     def result(self, future: Any, timeout_s: float | None = None) -> Any:
-        """Return the answer of a service.
-
-        Raises:
-            CommandError: The call failed or timed out.
-        """
+        """Return the answer of a service; raise CommandError where the call fails or times out."""
         if not self.spin_until(future.done, timeout_s):
             raise CommandError('Exception while calling service of node: no answer')
         if future.exception() is not None:

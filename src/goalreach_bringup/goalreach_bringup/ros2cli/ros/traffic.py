@@ -56,11 +56,7 @@ def echo(args: argparse.Namespace) -> None:
 
 
 def _topic_type(session: Session, topic: str) -> str:
-    """Return the one type of a topic.
-
-    Raises:
-        CommandError: The topic is not there, or has more than one type.
-    """
+    """Return the one type of a topic; refuse one that is not there, or that has several."""
     types = session.topics().get(topic, [])
     if not types:
         print(f'WARNING: topic [{topic}] does not appear to be published yet')
