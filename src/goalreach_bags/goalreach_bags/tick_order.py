@@ -34,16 +34,14 @@ class TickOrder:
     _waiting: list[BagMessage] = field(default_factory=list)
     _last: dict[str, tuple[int | None, list[bytes]]] = field(default_factory=dict)
 
-    def add(self, topic: str, stamp_ns: int | None, data: bytes) -> bool:
-        """Add a message; its stamp is None where it has none.
+    def add(self, topic: str, stamp_ns: int | None, data: bytes) -> None:
+        """Add a message, with a stamp if it has one, unless it is a repetition.
 
-        Returns:
-            Whether it was new; one that equals another of its topic at the last stamp is a
-            repetition, without a stamp one that equals the last.
+        Such equals another of its topic at the last stamp, or the last where it has no stamp.
         """
         last_ns, last = self._last.get(topic, (None, []))
         if data in last:
-            return False
+            return
         others = last if stamp_ns is not None and stamp_ns == last_ns else []
         self._last[topic] = stamp_ns, [*others, data]
         if stamp_ns is None:
@@ -53,7 +51,6 @@ class TickOrder:
             self._missing.setdefault(stamp_ns, set(self.required)).discard(topic)
         time_ns = _BEFORE_FIRST_NS if stamp_ns is None else stamp_ns
         self._waiting.append(BagMessage(time_ns=time_ns, topic=topic, data=data))
-        return True
 
     @property
     def complete(self) -> bool:
@@ -106,14 +103,10 @@ class SequenceCount:
 
     def add(self, number: int, publishers: int = 1) -> None:
         """Count a received message by its number, from 1; `publishers` is how many are known."""
-        for index, last in enumerate(self._last):
-            if last == number - 1:
-                self._last[index] = number
-                return
-        smaller = [last for last in self._last if last < number]
-        if number == 1 or not smaller or len(self._last) < publishers:
+        nearest = max((last for last in self._last if last < number), default=0)
+        missing = number - nearest - 1
+        if not nearest or (missing and len(self._last) < publishers):
             self._last.append(number)
-            return
-        nearest = max(smaller)
-        self.lost += number - nearest - 1
-        self._last[self._last.index(nearest)] = number
+        else:
+            self.lost += missing
+            self._last[self._last.index(nearest)] = number

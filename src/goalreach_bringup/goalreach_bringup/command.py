@@ -8,20 +8,7 @@ from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any
 
-from goalreach_msgs_py.options import (
-    CommandOptions,
-    SeededOptions,
-    add_options,
-    option,
-    read_options,
-)
-
-
-@dataclass(frozen=True, kw_only=True)
-class VerbatimOptions:
-    """Options of a command that leaves the parsing of its arguments to another program."""
-
-    arguments: tuple[str, ...] = option((), 'arguments', positional=True, remainder=True)
+from goalreach_msgs_py.options import CommandOptions, SeededOptions, add_options, read_options
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +17,7 @@ class Command:
 
     Attributes:
         summary: One line for the help.
-        options: Dataclass of its options.
+        options: Dataclass of its options; not a `CommandOptions` where another program parses.
         execute: Runs it with those options and returns the exit status; None where a sub-command
             must be chosen.
         subcommands: Sub-commands by name.
@@ -69,7 +56,8 @@ class Command:
         """Add the options of the command to a parser that then chooses it."""
         parser.set_defaults(chosen_command=self)
         add_options(parser, self.options)
-        if not issubclass(self.options, (SeededOptions, VerbatimOptions)):
+        parses = issubclass(self.options, CommandOptions)
+        if parses and not issubclass(self.options, SeededOptions):
             text = 'accepted by every command; nothing is random in this one'
             parser.add_argument(
                 '--seed', type=int, default=argparse.SUPPRESS, metavar='N', help=text

@@ -6,7 +6,6 @@ import shutil
 import sys
 from typing import Final
 
-from goalreach_bringup.command import VerbatimOptions
 from goalreach_msgs_py.options import option
 
 SUMMARY: str = 'Inspect the running graph as ros2 does: topic, node, param, service'
@@ -19,8 +18,8 @@ _WHEELS_GUARD: Final = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(VerbatimOptions):
-    """Options of the command."""
+class Options:
+    """Arguments that are left to the parser of `ros2`."""
 
     arguments: tuple[str, ...] = option(
         (),

@@ -133,10 +133,6 @@ class RunRequests:
             length_m=result.length_m,
         )
 
-    def end(self, reason: str) -> None:
-        """Report the end of the run to the page, and its reason."""
-        self.page.report('end', reason=reason)
-
     def serve(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
         """Serve the requests of the page; return the recorder, if one is recording."""
         for request in self.page.poll():

@@ -171,8 +171,9 @@ class RunSession:
                 _LOG.info(self._recorder.stop())
             if self._requests is not None:
                 stopped = self._stop.requested or self._requests.ends
-                interrupted = 'stopped' if stopped else 'an error'
-                self._requests.end('all paths driven' if self._complete() else interrupted)
+                reason = 'stopped' if stopped else 'an error'
+                reason = 'all paths driven' if self._complete() else reason
+                self._requests.page.report('end', reason=reason)
             if graph is not None:
                 graph.stop()
 

@@ -136,8 +136,8 @@ class RobotListener:
 
     def _command(self, target: HeadAngles | Twist2) -> None:
         """Repeat a command, with the stamp of the last image, for a second of their clock."""
-        stamps_s, until_s = self._robot.inputs[self._robot.image].stamps_s, _deadline_s()
-        end_s = stamps_s[-1] + _MOVE_S - _COMMAND_S / 2
+        stamps_s = self._robot.inputs[self._robot.image].stamps_s
+        end_s, until_s = stamps_s[-1] + _MOVE_S - _COMMAND_S / 2, time.monotonic() + _LONGEST_S
         while stamps_s[-1] < end_s and time.monotonic() < until_s:
             self._send(target, round(stamps_s[-1] * 1e9))
             self._serve(_COMMAND_S)
@@ -154,7 +154,7 @@ class RobotListener:
 
     def _measure(self) -> moves.Measurement:
         """Return joints, odometry and LEDs, once the robot stands, by the clock of its stamps."""
-        inputs, until_s = self._robot.inputs, _deadline_s()
+        inputs, until_s = self._robot.inputs, time.monotonic() + _LONGEST_S
         needed = [inputs[topics.ODOM], inputs[self._robot.image]]
         needed += [inputs[topics.JOINT_STATES]] if self._robot.joints else []
         settled_s = max(topic.stamps_s[-1] for topic in needed) + _SETTLE_S
@@ -181,10 +181,6 @@ class RobotListener:
         seen_px = spots.pixels_px[[row for row, is_led in enumerate(spots.led_like) if is_led]]
         rays = (seen_px - (camera.cx_px, camera.cy_px)) / (camera.fx_px, camera.fy_px)
         return np.asarray(rays[np.argsort(rays[:, 0])], np.float64)
-
-
-def _deadline_s() -> float:
-    return time.monotonic() + _LONGEST_S
 
 
 def _qos_words(info: TopicEndpointInfo) -> str:
