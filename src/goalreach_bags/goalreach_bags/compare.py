@@ -94,7 +94,6 @@ class TopicComparison:
     """Comparison of one topic in two bags.
 
     Attributes:
-        topic: Its name.
         counts: Messages in either bag.
         where: Number and time of the first message that differs, and the field with both
             values; empty where all messages are the same.
@@ -186,11 +185,8 @@ class TopicResult:
     """Comparison of one recomputed topic.
 
     Attributes:
-        topic: Its name.
-        compared: Messages that were compared.
         different: Messages that differ beyond the tolerance.
         worst: Largest difference of a field, tolerated or not.
-        worst_field: That field.
         first: The first difference beyond the tolerance, the recorded value first, or None.
         first_ns: Stamp of its message.
     """

@@ -116,7 +116,6 @@ class McapReader:
     """Reads one MCAP file, until `opened` is closed.
 
     Attributes:
-        topics: Its topics.
         span: Its messages by number and time.
     """
 

@@ -29,13 +29,10 @@ class BagMetadata:
         storage: 'mcap' or 'sqlite3'.
         topics: Its topics, as far as the metadata describes them: without definition.
         files: Its files in the order of time; without counts where metadata was read.
-        total: All messages.
         compression_mode: 'MESSAGE' or 'FILE' where each message or file is compressed, else
             empty: compression inside an MCAP file is not part of the metadata.
         compression_format: How they are compressed, as rosbag2 names it: 'zstd', or empty.
         custom: Texts of the program that recorded.
-        distro: ROS distribution, or empty.
-        version: Version of the metadata's format.
     """
 
     storage: str

@@ -98,9 +98,7 @@ class StorageScan(ABC):
     """Result of reading a storage file whole.
 
     Attributes:
-        path: The file.
         span: Its sound messages.
-        topics: Its topics.
         problems: Why the file needs repair, in order; none for a sound file.
         compressed: Whether each message is compressed by itself.
         metadata: Copy of the bag's metadata, or empty.

@@ -34,10 +34,8 @@ _LONGEST_TMPDIR: Final = 75
 def check_variables(environment: Mapping[str, str], *, starts_graph: bool = False) -> None:
     """Check the variables that are set; an empty one counts as not set.
 
-    Args:
-        environment: Environment variables by name.
-        starts_graph: Whether a graph of this machine's own is to be started, which would wait
-            without end for a discovery server that does not run.
+    A graph of this machine's own would wait without end for a discovery server that does not run,
+    so none may be given where one is started.
 
     Raises:
         ConfigurationError: A value is refused; the error names variable, value and what is

@@ -101,8 +101,6 @@ class Player(Node):
         duration_ns: Time of the bag that is played.
 
     Args:
-        bag: The bag, open.
-        options: What to play, and how.
         is_over: Returns whether to stop; called between messages.
         key: Waits up to a time for a key and returns it: space pauses, s or right steps, up and
             down change the rate, q ends.

@@ -113,11 +113,7 @@ def recompute(
     """Feed the recorded sensors to live perception and compare its outputs with the recorded ones.
 
     Only stamps with a recorded pose are fed, so that perception receives what it received then.
-
-    Args:
-        path: The bag, recorded from the beginning of a run.
-        tolerance: Largest difference of a field that is accepted.
-        params_file: Parameters that replace those recorded in the bag.
+    The bag was recorded from the beginning of a run; a file of parameters replaces its own.
 
     Returns:
         One result per output, the earliest difference first.

@@ -237,11 +237,7 @@ class Recorder(Node):
 
 
 def record(options: RecordOptions) -> tuple[str, bool]:
-    """Record until SIGINT or SIGTERM, or until the time is over.
-
-    Returns:
-        A line about the result, and whether the whole recording is in the bag.
-    """
+    """Record until a signal or the end of the time; return a line, and whether it is whole."""
     terminate_with_launcher()
     stop = StopRequest()
     began_s = time.monotonic()

@@ -28,8 +28,6 @@ class TopicSubscription(RawReader):
     """Subscribes to a topic and takes its messages unparsed, with their publication numbers.
 
     Attributes:
-        name: The topic.
-        type_name: Its type.
         stamped: Whether its messages begin with a stamp.
         numbers: Counts messages published between others that were received, but not received.
     """

@@ -73,13 +73,8 @@ class Graph:
     is, after a delay that doubles with each death; one that keeps dying ends the run.
 
     Attributes:
-        parameters: Parameters of every node.
-        directory: Directory for parameter files and logs.
-        composed: Whether all nodes share one process.
-        remaps: Remapping rules for every node.
         namespace: Namespace of the nodes, for their parameter files.
         nodes: The nodes that it starts.
-        processes: Names of the processes.
         parameters_path: File with the parameters of every node.
         started_s: When the start began, by a monotonic clock; 0 before.
     """

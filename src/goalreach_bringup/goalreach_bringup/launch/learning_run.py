@@ -28,7 +28,6 @@ class LearningRun:
         policy: The policy at the start of the run.
         first_path: Number of the first path to be driven.
         trials: Trials of the whole phase.
-        learner: Name of the learner.
     """
 
     policy: Policy
@@ -40,13 +39,9 @@ class LearningRun:
     def begin(
         cls, path: Path, arena: Arena, *, trials: int = 0, learner: str | None = None
     ) -> 'LearningRun':
-        """Return the learning phase of a file, or a new one written to it.
+        """Return the learning phase of a policy file, or a new one written to it.
 
-        Args:
-            path: Policy file.
-            arena: Arena to learn in.
-            trials: Trials of the whole phase; 0 for the default.
-            learner: Name of the learner; None for the one that the file began with.
+        `trials` is 0 for the default, `learner` None for the one that the file began with.
 
         Raises:
             FileFormatError: The file is no policy, one of another arena or learner, or one that

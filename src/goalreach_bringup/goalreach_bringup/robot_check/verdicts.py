@@ -52,15 +52,11 @@ class HeardTopic:
 
     Attributes:
         kind: Message type that is expected.
-        read: Reader of a message.
         publishers: Its publishers, but for our own.
         subscribers: Its subscribers, but for our own.
         arrivals_s: Arrival of each message that could be read, by the clock of this machine.
         stamps_s: Its stamp.
-        first: First value; None before.
-        last: Last value; None before.
         changes: Whether not all values were the same.
-        frame: Frame of the last message.
         form: Size and encoding of the last image.
         error: Why a message could not be read, or empty.
         kept: All values, where they are kept.
@@ -127,14 +123,11 @@ class HeardRobot:
     """Topics and services of a robot, as received.
 
     Attributes:
-        config: The same.
-        robot: The same.
         joints: Names of the joints that the head has.
         image: Topic of the images.
         inputs: The inputs of the nodes, by topic.
         outputs: What the nodes command, by topic.
         topics: All topics with a publisher.
-        services: Names of services.
     """
 
     def __init__(self, config: InputConfig, robot: RobotConfig) -> None:

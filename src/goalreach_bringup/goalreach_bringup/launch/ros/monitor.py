@@ -48,13 +48,6 @@ class RunMonitor(Node):
     a whole tick, `/q_learning/transition`: the controller waits for that subscription before its
     first path, so that no path is missed. Without a truth a tick is a state that is certain.
 
-    Args:
-        evaluator: Evaluates the paths; has the start poses, and knows whether there is a truth.
-        policy: The policy of the controller, for the commanded heading.
-        mode: Mode of the controller.
-        on_path: Called with the result of each finished path.
-        remaps: ROS 2 remapping rules of the graph.
-
     Attributes:
         began_ns: The first stamp of the robot's clock; None before.
     """

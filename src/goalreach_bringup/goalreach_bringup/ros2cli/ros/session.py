@@ -76,16 +76,10 @@ class Session(ExitStack):
         return future.result()
 
     def discover(self, found: Callable[[], bool] | None = None) -> bool:
-        """Wait until the graph has settled and a condition holds.
+        """Wait until the graph has settled and a condition holds; return whether it did in time.
 
         It has settled when it no longer changes and holds a node of every DDS participant of
-        this machine.
-
-        Args:
-            found: The condition; if None, that there is another node than this one.
-
-        Returns:
-            Whether the condition held within the time allowed for discovery.
+        this machine. Without a condition there must be another node than this one.
         """
         holds = found or (lambda: len(self.node.get_node_names()) > 1)
         end_s = time.monotonic() + self.spin_time_s
