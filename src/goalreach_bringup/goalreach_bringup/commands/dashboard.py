@@ -6,7 +6,7 @@ from pathlib import Path
 import secrets
 import socket
 
-from goalreach_evaluation.choices import arena_option
+from goalreach_evaluation.choices import arena_option, choose_arena
 from goalreach_msgs_py.options import CommandOptions, option
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
@@ -40,7 +40,6 @@ def execute(options: Options) -> int:
     require_page()
     from goalreach_dashboard.address import TOKEN_VARIABLE, bind, is_loopback, url
     from goalreach_dashboard.web.server import serve
-    from goalreach_evaluation.choices import choose_arena
 
     local = is_loopback(options.host)
     arena = choose_arena(options.arena)

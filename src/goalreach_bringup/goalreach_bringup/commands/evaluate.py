@@ -5,6 +5,7 @@ from pathlib import Path
 
 from goalreach_evaluation.choices import arena_option, policy_option
 from goalreach_learning.blending import MODES
+from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import SeededOptions, option
 
 SUMMARY = 'Drive a policy through rendered images, localizer and fuzzy state, without ROS'
@@ -32,7 +33,6 @@ def execute(options: Options) -> int:
     """Drive all paths; return 0 where every one reached the goal, else 1."""
     from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.terminal import progress_bar, show_paths_table
-    from goalreach_msgs_py.files import require_writable
 
     if options.json:
         require_writable(options.json)

@@ -1,18 +1,10 @@
 """The `figures` command: every figure of the paper, from data."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from goalreach_evaluation.choices import arena_option, choose_arena, choose_policy, policy_option
 from goalreach_msgs_py.options import SeededOptions, option
-
-if TYPE_CHECKING:
-    from goalreach_evaluation.summary_file import RecordedRun
-    from goalreach_learning.policy import Policy
-
 
 SUMMARY = 'Draw every figure of the paper from a policy and an evaluation, as SVG and PNG'
 
@@ -35,17 +27,21 @@ class Options(SeededOptions):
 
 def execute(options: Options) -> int:
     """Draw and write the figures."""
+    from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
     from goalreach_evaluation.figures.figure_file import write_figure
     from goalreach_evaluation.figures.paper_figures import paper_figures
-    from goalreach_evaluation.summary_file import read_recorded_run
+    from goalreach_evaluation.summary_file import read_recorded_run, recorded_run
 
     arena = choose_arena(options.arena)
     if options.policy is None:
         print('no --policy given: learning one')
     policy = choose_policy(options.policy, arena, options.seed)
-    given = options.evaluation
-    recorded = None if given is None else read_recorded_run(given)
-    driven = _drive(options, policy) if options.drive and recorded is None else recorded
+    driven = None
+    if options.evaluation is not None:
+        driven = read_recorded_run(options.evaluation)
+    elif options.drive:
+        request = EvaluationRequest(policy=policy, arena=options.arena, seed=options.seed)
+        driven = recorded_run(evaluate(request).to_json())
     origin = Path(options.policy).name if options.policy else f'learned with seed {options.seed}'
     endings = ('svg', 'png') if options.format == 'both' else (options.format,)
     for name, figure in paper_figures(arena, policy, driven, origin=origin).items():
@@ -54,13 +50,3 @@ def execute(options: Options) -> int:
     if driven is None:
         print('figure 7 (paths with all sensors) needs --evaluation FILE or --drive: left out')
     return 0
-
-
-def _drive(options: Options, policy: Policy) -> RecordedRun:
-    """Drive every start through rendered images with nominal noise."""
-    from goalreach_evaluation.evaluation import EvaluationRequest, evaluate
-    from goalreach_evaluation.summary_file import recorded_run
-
-    arena, seed = options.arena, options.seed
-    request = EvaluationRequest(policy=policy, arena=arena, seed=seed)
-    return recorded_run(evaluate(request).to_json())

@@ -1,14 +1,9 @@
 """The `run` command: the whole graph, driving."""
 
-from __future__ import annotations
-
 import os
-from typing import TYPE_CHECKING
 
+from goalreach_bringup.launch.auxiliary_processes import PageProcess
 from goalreach_bringup.launch.options import RunOptions
-
-if TYPE_CHECKING:
-    from goalreach_bringup.launch.auxiliary_processes import PageProcess
 
 SUMMARY = 'Bring the graph up, one process per node, and drive'
 Options = RunOptions

@@ -1,21 +1,20 @@
 """The `sweep` command: seeds x noise x arenas, on processes or on a Dask cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from goalreach_evaluation.choices import choose_arena, choose_noise
 from goalreach_learning.blending import MODES
+from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import REQUIRED, SeededOptions, option
-
-if TYPE_CHECKING:
-    from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.values import FloatArray
 
 SUMMARY = 'Learn and drive over seeds x noise x arenas, on processes or on a Dask cluster'
 
@@ -51,7 +50,6 @@ def execute(options: Options) -> int:
     """Run what the file of results does not hold yet; print the shares."""
     from goalreach_evaluation.results_file import ResultsFile
     from goalreach_evaluation.sweep import drive_case, learn_case, run_cases
-    from goalreach_msgs_py.files import require_writable
 
     require_writable(options.results)
     cases = _cases(options)
@@ -126,8 +124,6 @@ def _show(results: Sequence[dict[str, Any]]) -> None:
 
 def _show_learners(results: Sequence[dict[str, Any]], learners: Sequence[str]) -> None:
     """Print what each learner needed over all cases, and compare it with the first."""
-    import numpy as np
-
     from goalreach_evaluation import statistics
 
     rng, scores = np.random.default_rng(0), [_scores(results, name) for name in learners]
@@ -157,8 +153,6 @@ def _show_learners(results: Sequence[dict[str, Any]], learners: Sequence[str]) -
 
 def _scores(results: Sequence[dict[str, Any]], learner: str) -> FloatArray:
     """Return the paths needed, (runs, tasks); infinite where it was not learned."""
-    import numpy as np
-
     tasks: dict[tuple[str, str], list[float]] = {}
     for row in results:
         if row['learner'] == learner:

@@ -1,20 +1,21 @@
 """The `train` command: the paper's learning phase in one process."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from goalreach_evaluation.choices import arena_option, learner_option
+import numpy as np
+
+from goalreach_evaluation.choices import arena_option, choose_arena, learner_option
+from goalreach_learning.kinematic_drive import greedy_successes
+from goalreach_learning.learner import Agent
+from goalreach_learning.policy import Policy
+from goalreach_learning.policy_file import write_policy
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_learning.training import TrainingResult, train
 from goalreach_msgs_py.options import SeededOptions, option
-
-if TYPE_CHECKING:
-    from goalreach_learning.policy import Policy
-    from goalreach_learning.training import TrainingResult
-
 
 SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it to a file"
 
@@ -37,16 +38,8 @@ class Options(SeededOptions):
 
 def execute(options: Options) -> int:
     """Learn, show what was learned, and write it."""
-    import numpy as np
-
-    from goalreach_evaluation.choices import choose_arena
     from goalreach_evaluation.summary_file import write_summary
     from goalreach_evaluation.terminal import progress_bar
-    from goalreach_learning.kinematic_drive import greedy_successes
-    from goalreach_learning.learner import Agent
-    from goalreach_learning.policy_file import write_policy
-    from goalreach_learning.q_learning import LearningConfig
-    from goalreach_learning.training import train
 
     arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)

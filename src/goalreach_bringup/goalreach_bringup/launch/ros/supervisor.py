@@ -1,6 +1,6 @@
 """Follows a running graph: the launcher's node, and a liveness probe of each process."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 import logging
 import time
 from typing import Any, Final
@@ -80,23 +80,17 @@ def follow(
             missing -= _log_arrived(graph, monitor, missing, now_s)
             garbage.collect_if_due(now_s)
             if watch is not None and watch.poll(now_s, drives=not graph.is_down(CONTROLLER)):
-                _restart(graph, probes.values(), resume())
+                # The nodes refuse what is older than what they have received.
+                _LOG.info('the clock of the robot has restarted: restarting the nodes')
+                graph.restart(resume())
+                for probe in probes.values():
+                    probe.restart(time.monotonic())
                 continue
             for name, probe in probes.items():
                 if graph.supervise(name, now_s, probe.silent, resume):
                     probe.restart(time.monotonic())
     finally:
         executor.shutdown()
-
-
-def _restart(
-    graph: Graph, probes: Iterable[LivenessProbe], changes: Mapping[str, dict[str, Any]]
-) -> None:
-    """Restart our nodes, which refuse what is older than what they have received."""
-    _LOG.info('the clock of the robot has restarted: restarting the nodes')
-    graph.restart(changes)
-    for probe in probes:
-        probe.restart(time.monotonic())
 
 
 def _log_arrived(graph: Graph, monitor: Node, missing: set[str], now_s: float) -> set[str]:

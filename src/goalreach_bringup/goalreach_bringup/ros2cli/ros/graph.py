@@ -59,8 +59,7 @@ def print_node(args: argparse.Namespace) -> None:
     """Print the topics, services and actions of a node."""
     name = full_name(args.node_name)
     with Session(args) as session:
-        session.discover(lambda: name in session.node_names(hidden=args.hidden))
-        if name not in session.node_names(hidden=args.hidden):
+        if not session.discover(lambda: name in session.node_names(hidden=args.hidden)):
             raise CommandError(f"Unable to find node '{name}'")
         print(name)
         for title, found in _connections(session.node, name).items():
