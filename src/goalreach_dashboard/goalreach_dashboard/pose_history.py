@@ -49,21 +49,14 @@ class Trail:
 class PoseHistory:
     """True, estimated and odometric poses, compared where their stamps are equal.
 
-    Odometry is drawn in `map` as if it had been exact where the path began.
-
-    Args:
-        length_m: Length of the arena along y.
+    Each is None before it comes. Odometry is drawn in `map` as if it had been exact where the path
+    began.
 
     Attributes:
-        truth: True pose, or None.
-        truth_ns: Its stamp.
         truths: The last 256 true poses by their stamps.
-        estimate: Estimated pose, or None.
-        estimate_ns: Its stamp.
         compared: True pose of the estimate's stamp, or None where it was not received.
         error_m: Distance of the estimate from the truth of the same stamp, or None.
         error_rad: Difference of their headings.
-        odometry: Pose by the encoders in `map`, or None.
         trail: True path since the robot was placed.
         estimate_trail: Estimated path since then.
         last_trail: Text of the true path before that, empty where there was none.

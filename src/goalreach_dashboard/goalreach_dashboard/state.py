@@ -71,7 +71,7 @@ class PathStatistics:
     def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
         """Add a finished action; return the outcome of the path that it ends.
 
-        Where unknown whether the true position is in the goal region, `in_goal` is None.
+        `in_goal` says whether the true position is in the goal region; None: unknown.
         """
         self.last = transition
         if transition.outcome is None:

@@ -84,9 +84,9 @@ def processes(jobs: int) -> Executor:
 def drive_sessions(
     plan: EvaluationPlan, *, jobs: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> list[SessionResult]:
-    """Drive every session of a plan, in several processes; return them in order.
+    """Drive every session of a plan in `jobs` processes; return the results in order.
 
-    The number of paths that each finished session adds is reported as progress.
+    `progress` is called with the number of paths that each finished session adds.
     """
     results: list[SessionResult] = []
     sessions = range(math.ceil(len(plan.starts) / SESSION_PATHS))
@@ -208,7 +208,7 @@ def evaluate(
 ) -> Evaluation:
     """Drive every path of a request; the result is the same for any number of processes.
 
-    The number of paths that each finished session adds is reported as progress.
+    `progress` is called with the number of paths that each finished session adds.
 
     Raises:
         GoalreachError: A value or a file is refused.

@@ -195,7 +195,7 @@ _Z95 = 1.959964
 
 
 def wilson_interval(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % Wilson score interval of a proportion, of one trial at least."""
+    """Return the 95 % Wilson score interval of a proportion of `n` trials, at least one."""
     share, z2 = successes / n, _Z95**2
     centre = (share + z2 / (2 * n)) / (1 + z2 / n)
     half = _Z95 * math.sqrt(share * (1 - share) / n + z2 / (4 * n * n)) / (1 + z2 / n)

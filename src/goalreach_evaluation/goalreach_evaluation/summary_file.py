@@ -26,7 +26,7 @@ def summarise(
 ) -> dict[str, Any]:
     """Return the summary of paths, in the order driven, as JSON-ready values.
 
-    The origin of the policy is a file, 'learned' or 'in memory'.
+    The policy is named by its file, 'learned' or 'in memory'; the configuration is JSON-ready.
     """
     goals = sum(result.outcome == 'goal' for result in results)
     return {

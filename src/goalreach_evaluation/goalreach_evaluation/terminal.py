@@ -17,7 +17,7 @@ from goalreach_msgs_py.angles import INCH_M
 def progress_bar(
     label: str, *, total: int, quiet: bool = False
 ) -> Iterator[Callable[[int], None]]:
-    """Show a progress bar on stderr within the context, unless quiet or no terminal is there.
+    """Show a progress bar on stderr within the context, unless quiet or stderr is no terminal.
 
     Yields:
         A function that advances the bar by a number of steps.

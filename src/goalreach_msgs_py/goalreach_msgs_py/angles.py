@@ -6,7 +6,7 @@ _TURN_RAD = 2.0 * math.pi
 
 
 def wrap_angle(angle_rad: float) -> float:
-    """Return the angle in (-pi, pi] that points the same way as any finite one.
+    """Return the angle in (-pi, pi] that points the same way as a finite one, radians.
 
     >>> wrap_angle(3 * math.pi)
     3.141592653589793
@@ -16,7 +16,7 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def angle_difference(to_rad: float, from_rad: float) -> float:
-    """Return the shortest turn from one heading to another, in (-pi, pi], counter-clockwise."""
+    """Return the shortest turn between headings, in (-pi, pi] radians, counter-clockwise."""
     return wrap_angle(to_rad - from_rad)
 
 

@@ -53,7 +53,7 @@ class ConfigurationError(GoalreachError):
 
 
 class FileFormatError(GoalreachError):
-    """A file that cannot be used, named as the user did, and why.
+    """A file that cannot be used: its name as the user gave it, and the reason.
 
     The reason names the field and the value where there are any.
     """

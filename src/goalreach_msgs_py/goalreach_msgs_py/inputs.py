@@ -97,7 +97,7 @@ class InputMonitor:
     def check(self, now_s: float, missing: Mapping[str, int] | None = None) -> list[InputProblem]:
         """Return what is wrong now, by a steady clock; to be called several times a second.
 
-        Losses are found where it is counted how often each input has been missing so far.
+        `missing` says how often each input has been missing so far, where that is counted.
         """
         stalled_s = 0.0 if self._checked_s is None else now_s - self._checked_s
         self._checked_s = now_s

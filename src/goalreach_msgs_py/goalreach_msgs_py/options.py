@@ -58,7 +58,7 @@ def option(
     description: str,
     **settings: Any,  # noqa: ANN401 - attributes of OptionInfo
 ) -> Any:  # noqa: ANN401 - what dataclasses.field itself returns
-    """Return a dataclass field that is an option of a command, or `REQUIRED` as its default.
+    """Return a dataclass field that is an option of a command; `default` may be `REQUIRED`.
 
     The default is appended to the help text where there is one to show. Settings are attributes
     of `OptionInfo`, such as `minimum`, `choices` or `metavar`.

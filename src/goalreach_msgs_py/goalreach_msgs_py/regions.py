@@ -49,7 +49,7 @@ def labels(shape: tuple[int, int]) -> list[tuple[str, ...]]:
 
 
 def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
-    """Return a region as the paper writes it, of so many columns and rows.
+    """Return a region as the paper writes it; `shape` is the numbers of columns and rows.
 
     >>> region_name((1, 0)), region_name((1, 0), (5, 3))
     ('FRONT/NEAR', 'X2/NEAR')

@@ -106,7 +106,7 @@ def region_centre_in(arena: Arena, region: Region) -> tuple[float, float]:
 
 
 def draw_region_names(axes: Axes, arena: Arena, *, size: float) -> None:
-    """Write the name of every region into it, in a size of so many points."""
+    """Write the name of every region into it, in a font of `size` points."""
     for region in arena.regions.cells:
         goal = '\ngoal' if region == arena.regions.goal else ''
         text = arena.regions.name(region).replace('/', '\n') + goal

@@ -50,7 +50,6 @@ def tag_page(tag: Tag, family: str) -> Figure:
     name, width_mm, height_mm = fits[0]
     figure = Figure(figsize=(width_mm / _MM_PER_IN, height_mm / _MM_PER_IN))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set(xlim=(0, width_mm), ylim=(0, height_mm))
     axes.axis('off')
     left, low = 0.5 * (width_mm - side_mm), height_mm - _BORDER_MM - side_mm
     place = left, left + side_mm, low, low + side_mm

@@ -62,9 +62,10 @@ class _Consumer:
 
 
 class AcknowledgementGate:
-    """The simulator's side: counts the ticks that each consumer, a node, has not acknowledged.
+    """The simulator's side: counts the ticks that each consumer has not acknowledged.
 
-    Room is reported when the last full window has some again, or its consumer has ended.
+    The consumers are names of nodes that must miss no tick. `on_room` is called when the last full
+    window has room again, or its consumer has ended.
     """
 
     def __init__(

@@ -245,7 +245,7 @@ class InputReporter:
 class AlignedInputs:
     """An `InputAligner` that is looked at by the wall clock, too, where that limits a wait.
 
-    Each complete set is processed: the leading stamp, and the values by name.
+    `process` is called with the leading stamp and the values by name of each complete set.
     """
 
     def __init__(

@@ -61,7 +61,7 @@ class Diagnostics:
     ) -> None:
         """Count a tick and publish where it is due, at level WARN where not ok.
 
-        Details by name are computed only where the status is published.
+        `values` returns details by name; it is called only where the status is published.
         """
         self._ticks += 1
         if self._ticks % _DIAGNOSTICS_TICKS != 1:
@@ -82,8 +82,8 @@ def run_nodes(
     """Run nodes on one executor until SIGINT or SIGTERM; the `main` of a node's executable.
 
     Signals only set a flag that the loop checks: rclpy's own handlers can interrupt a callback and
-    end in a traceback. The name is that of the process, also in messages that precede the first
-    node. Without arguments, those of the process are taken.
+    end in a traceback. `name` is that of the process, also in messages that precede the first
+    node; `arguments` are those of the process if None.
 
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.

@@ -31,8 +31,8 @@ class NodeConfig(Generic[ConfigT]):
     """One configuration dataclass held by a node's parameters.
 
     Every field is declared with its description and range; a start value or a later change that
-    the dataclass refuses is refused with the dataclass's own reason. Live fields, by dotted name,
-    may change after start, which is reported; all others are read-only.
+    the dataclass refuses is refused with the dataclass's own reason. Fields in `live`, by dotted
+    name, may change after start, and `on_change` gets the new configuration; others are read-only.
 
     Raises:
         ConfigurationError: A value given at start is refused.

@@ -41,7 +41,7 @@ def _yaw(angle_rad: float) -> Quaternion:
 def odometry_transforms(stamp_ns: int, pose: Pose2, base_yaw_rad: float) -> list[TransformStamped]:
     """Return odom -> base_link and base_link -> bumper_link, by the pose of the encoders.
 
-    The base, which does not turn with the steering, has a yaw in `odom`.
+    `base_yaw_rad` is that of the base in `odom`, which does not turn with the steering.
     """
     to_base, to_bumpers = _yaw(pose.heading_rad), _yaw(base_yaw_rad - pose.heading_rad)
     x, y = float(pose.x_m), float(pose.y_m)
