@@ -1,5 +1,6 @@
 """Python classes of messages and services by the names of their types."""
 
+from contextlib import suppress
 import importlib
 from typing import Any
 
@@ -12,10 +13,7 @@ def message_class(name: str) -> Any:
     Raises:
         CommandError: There is no such message, or its package is not installed.
     """
-    found = _find(name, 'msg')
-    if not hasattr(found, 'get_fields_and_field_types'):
-        raise CommandError(f"The passed message type is invalid: '{name}'")
-    return found
+    return _find(name, 'msg', 'message', 'get_fields_and_field_types')
 
 
 def service_class(name: str) -> Any:
@@ -24,10 +22,7 @@ def service_class(name: str) -> Any:
     Raises:
         CommandError: There is no such service type, or its package is not installed.
     """
-    found = _find(name, 'srv')
-    if not hasattr(found, 'Request'):
-        raise CommandError(f"The passed service type is invalid: '{name}'")
-    return found
+    return _find(name, 'srv', 'service', 'Request')
 
 
 def full_type_name(name: str, kind: str) -> str:
@@ -35,13 +30,13 @@ def full_type_name(name: str, kind: str) -> str:
     return name.replace('/', f'/{kind}/') if name.count('/') == 1 else name
 
 
-def _find(name: str, kind: str) -> Any:
-    """Return the class, or None where there is none."""
+def _find(name: str, kind: str, word: str, attribute: str) -> Any:
+    """Return the class, which has an attribute that only those of its kind have."""
     package, *names = full_type_name(name, kind).split('/')
-    if len(names) != 2 or not all(map(str.isidentifier, (package, *names))):  # noqa: PLR2004
-        return None
-    try:
-        module = importlib.import_module(f'{package}.{names[0]}')
-    except ModuleNotFoundError:
-        return None
-    return getattr(module, names[1], None)
+    found = None
+    if len(names) == 2 and all(map(str.isidentifier, (package, *names))):  # noqa: PLR2004
+        with suppress(ModuleNotFoundError):
+            found = getattr(importlib.import_module(f'{package}.{names[0]}'), names[1], None)
+    if not hasattr(found, attribute):
+        raise CommandError(f"The passed {word} type is invalid: '{name}'")
+    return found
