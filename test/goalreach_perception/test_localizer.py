@@ -215,6 +215,17 @@ def test_a_wrong_filter_restarts_from_single_images() -> None:
     assert outputs[-1].counters.lost + outputs[-1].counters.acquired >= 2
 
 
+def test_a_pose_that_explains_its_image_is_published_whatever_was_seen_in_the_search() -> None:
+    localizer, frame = started(), first_frame()
+    for _ in range(30):  # lamps, say
+        localizer._fixes.add_unsolved(3)
+    outputs = [process(localizer, frame, time_ns=k * 40_000_000) for k in range(1, 27)]
+    assert 'no pose explains' in outputs[0].misfit
+    assert not is_good(outputs[0])
+    assert outputs[-1].misfit == ''
+    assert is_good(outputs[-1])
+
+
 def test_calibration_reduces_the_error_of_a_long_drive() -> None:
     taught: list[float] = []
     untaught: list[float] = []

@@ -303,6 +303,7 @@ class LandmarkLocalizer:
         fix = fix or self._acquisition.from_image(matched, joints, optics)
         if fix is None:
             return
+        self._fixes.add_solved()
         self._unsettled = self._filter.is_unsettled
         if renew or self._filter.coarse:
             self._filter.forget_all_but_delay() if renew else self._filter.restore()

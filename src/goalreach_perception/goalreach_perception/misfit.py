@@ -126,6 +126,10 @@ class FixWatch:
         self._unsolved += _WEIGHTS[min(lights, len(_WEIGHTS) - 1)]
         self._unlit = self._unlit + 1 if lights <= 1 else 0
 
+    def add_solved(self) -> None:
+        """Count an image whose lights a pose explains."""
+        self._unsolved = self._unlit = 0
+
     def add_fix(self, azimuth_rad: float, joints: HeadAngles, late_rad: float = 0.0) -> None:
         """Compare the camera's turn from one fix to the next with that of the joints.
 
@@ -133,7 +137,7 @@ class FixWatch:
         `late_rad` is how far the camera turns in the time by which the image may be late; only
         fixes of the same are compared.
         """
-        self._unsolved = self._unlit = 0
+        self.add_solved()
         if self._last is not None and abs(self._last[2] - late_rad) < _LATE_RAD:
             before_rad, before, _ = self._last
             turret, pan = joints.turret_rad - before.turret_rad, joints.pan_rad - before.pan_rad
