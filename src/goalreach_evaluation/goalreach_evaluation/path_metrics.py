@@ -95,8 +95,8 @@ def measure_path(
 ) -> PathResult:
     """Return the measures of a path from a pose in `map`.
 
-    It ended as the controller says. Whether the robot's true centre was inside the goal region at
-    that moment is None where the poses were estimates.
+    The outcome is the controller's. `in_goal` says whether the robot's true centre was inside the
+    goal region at the end; None where the poses were estimates.
     """
     truths = [tick.truth for tick in ticks]
     moves = list(itertools.pairwise(truths))

@@ -80,7 +80,7 @@ def read_recorded_run(path: Path | str) -> RecordedRun:
 
 
 def recorded_run(document: object, name: object = 'summary') -> RecordedRun:
-    """Return the traced paths of a summary, as JSON-ready values, whose file is named in messages.
+    """Return the traced paths of a summary of JSON-ready values; messages name its file.
 
     Raises:
         FileFormatError: It is not a summary, or has no traced path.

@@ -178,8 +178,8 @@ def _with_images(case: CurveCase, noise: NoiseModel) -> tuple[_Drive, Callable[[
 def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
     """Open the workers of a Dask cluster.
 
-    `address` is that of a scheduler that runs already, whose workers can import goalreach; without
-    it, a cluster of `jobs` workers on this machine ends with the sweep.
+    `address` is that of a running scheduler, whose workers can import goalreach; without it,
+    `jobs` workers are started on this machine, and end with the sweep.
 
     Raises:
         GoalreachError: Dask is not installed, or the scheduler does not answer.

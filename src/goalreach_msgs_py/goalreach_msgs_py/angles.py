@@ -16,7 +16,7 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def angle_difference(to_rad: float, from_rad: float) -> float:
-    """Return the shortest turn between headings, in (-pi, pi] radians, counter-clockwise."""
+    """Return the shortest turn from `from_rad` to `to_rad`, in (-pi, pi], counter-clockwise."""
     return wrap_angle(to_rad - from_rad)
 
 

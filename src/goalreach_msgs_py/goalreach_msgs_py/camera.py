@@ -157,7 +157,9 @@ def camera_azimuth(heading_rad: float, head: HeadAngles) -> float:
 
 
 def optical_rotation(azimuth_rad: float, tilt_rad: float) -> FloatArray:
-    """Return the rotation from `map` to the optical frame, whose axis has an azimuth and a tilt.
+    """Return the rotation from `map` to the optical frame.
+
+    The optical axis has an azimuth in `map` and a tilt, upward.
 
     Returns:
         (3, 3): the rows are the camera's right, down and forward axes in `map`.

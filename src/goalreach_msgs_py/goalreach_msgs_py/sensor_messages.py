@@ -171,7 +171,7 @@ def sonar_to_raw(
     """Return the ring of ultrasonic sensors as sensor_msgs/LaserScan.
 
     Ranges count from the robot's axis, evenly spaced, the first to the front of `bumper_link`;
-    they are infinite without an echo.
+    they are infinite without an echo. `limits_m` are the smallest and the largest range.
     """
     count = len(ranges_m)
     step_rad = 2.0 * math.pi / count
