@@ -1,15 +1,16 @@
 """The `landmark_localizer` node: from images of the LEDs to a pose and head commands."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import Point, PolygonStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
+from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.alignment import (
@@ -34,6 +35,7 @@ from goalreach_msgs_py.ros.messaging import (
     StampedReply,
     advertise,
     frame_prefix,
+    header,
     resolved_name,
     subscribe_raw,
 )
@@ -47,6 +49,7 @@ from goalreach_msgs_py.sensor_messages import (
     landmarks_to_raw,
 )
 from goalreach_msgs_py.topics import (
+    CAMERA_FRAME,
     CAMERA_INFO,
     HEAD_COMMAND,
     HEAD_KINDS,
@@ -57,14 +60,21 @@ from goalreach_msgs_py.topics import (
     ODOM,
     POSE,
 )
+from goalreach_msgs_py.values import LandmarkObservation
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import InputConfig, LocalizerConfig
 from goalreach_perception.localizer_output import AT_REST, LocalizerOutput
-from goalreach_perception.ros.image_markers import image_markers
 from goalreach_perception.sensor_monitor import SensorMonitor
 
 _NAME = 'landmark_localizer'
 _THROTTLE_S = 5.0
+_MARKER_DIAMETER_PX = 12.0
+_MARKER_COLOURS = (
+    ColorRGBA(r=0.90, g=0.62, b=0.0, a=1.0),
+    ColorRGBA(r=0.34, g=0.71, b=0.91, a=1.0),
+    ColorRGBA(r=0.0, g=0.62, b=0.45, a=1.0),
+)
+"""Orange, sky blue and green, distinct with any colour vision; repeated for further LEDs."""
 
 
 class LandmarkLocalizerNode(Node):
@@ -206,6 +216,22 @@ class LandmarkLocalizerNode(Node):
         self._diagnostics.tick(
             stamp_ns, output.mode, lambda: output.diagnostics, ok=output.mode == 'tracking'
         )
+
+
+def image_markers(
+    landmarks: Sequence[LandmarkObservation | None], stamp_ns: int, prefix: str = ''
+) -> ImageMarker:
+    """Return one dot for each detected LED, in pixels, coloured by its number."""
+    detected = [(number, led) for number, led in enumerate(landmarks) if led is not None]
+    return ImageMarker(
+        header=header(stamp_ns, prefix + CAMERA_FRAME),
+        ns='leds',
+        type=ImageMarker.POINTS,
+        action=ImageMarker.ADD if detected else ImageMarker.REMOVE,
+        scale=_MARKER_DIAMETER_PX,
+        points=[Point(x=float(led.u_px), y=float(led.v_px)) for _, led in detected],
+        outline_colors=[_MARKER_COLOURS[number % len(_MARKER_COLOURS)] for number, _ in detected],
+    )
 
 
 def main() -> None:

@@ -1,1 +1,0 @@
-"""Messages that only the perception nodes publish."""
