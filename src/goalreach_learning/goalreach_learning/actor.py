@@ -17,10 +17,7 @@ from goalreach_msgs_py.values import Confidence, PathOutcome, Region, RegionStat
 class Option(NamedTuple):
     """An action being executed, which lasts until its region is left.
 
-    Attributes:
-        begin: What was seen when it was chosen.
-        action: Index of the action.
-        temperature: Boltzmann temperature of the choice; 0 for a greedy one.
+    It began in a situation, chosen at a Boltzmann temperature; 0 for a greedy one.
     """
 
     begin: Situation

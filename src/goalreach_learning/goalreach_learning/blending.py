@@ -19,11 +19,7 @@ _OPPOSED: Final = 1e-6
 class Vote(NamedTuple):
     """The contribution of one cell to the heading.
 
-    Attributes:
-        region: The cell.
-        action: Its greedy action.
-        weight: Its weight, > 0; not normalised.
-        actions: Number of actions to which it belongs.
+    Its greedy action, out of a number of actions, has a weight > 0, not normalised.
     """
 
     region: Region

@@ -53,16 +53,11 @@ class ControlStep(NamedTuple):
 class GoalReachingController:
     """Drives path after path, and learns if configured to.
 
-    With `config.learn` the actions are chosen by equation (2) and executed as in `crisp` mode,
-    whatever the mode, and every finished action updates the policy by equation (1). The goal is
-    declared when its probability reaches `config.goal_confidence`; while the state is uncertain
-    or old the robot stops and waits. If it cannot turn its camera, it turns itself, unless the
-    state is old.
-
-    Args:
-        config: Parameters.
-        policy: Initial policy.
-        rng: Generator of the choices by equation (2).
+    With `config.learn` the actions are chosen by equation (2), with the generator, and executed as
+    in `crisp` mode, whatever the mode, and every finished action updates the policy by equation
+    (1). The goal is declared when its probability reaches `config.goal_confidence`; while the
+    state is uncertain or old the robot stops and waits. If it cannot turn its camera, it turns
+    itself, unless the state is old.
 
     Attributes:
         actor: Holds the parameters; new ones take effect with the next step.

@@ -106,10 +106,7 @@ class Agent:
     Attributes:
         name: A name of `LEARNERS`, an entry point `goalreach.learners`, or module:Class.
         regions: The regions, of which the learner is told the numbers alone.
-        config: Learning rate, discount and temperatures.
-        rng: Source of its random choices.
         known: Policy to continue from; None, or one without visits, to begin.
-        learner: The learner.
 
     Raises:
         ConfigurationError: There is no such learner, it fails, or a method is missing; or the

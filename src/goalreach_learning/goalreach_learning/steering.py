@@ -16,14 +16,9 @@ def steering_rate(
     """Return the steering rate that removes a heading error without overshoot, rad/s.
 
     Proportional near zero; for larger errors the rate from which the steering axis can still stop
-    in time, sqrt(2 a (|e| - e0 / 2)), which continues the proportional part smoothly at
-    e0 = a / gain^2; never above the limit.
-
-    Args:
-        error_rad: Target heading minus heading, radians in (-pi, pi].
-        gain_per_s: Slope of the proportional part, 1/s.
-        limit_rad_per_s: Largest rate.
-        braking_rad_per_s2: a, the assumed deceleration.
+    in time, sqrt(2 a (|e| - e0 / 2)), which continues the proportional part smoothly at e0 = a /
+    gain^2; never above the limit. The error is the target minus the heading, radians in (-pi, pi];
+    a is the assumed deceleration.
     """
     size = abs(error_rad)
     linear_rad = braking_rad_per_s2 / gain_per_s**2

@@ -192,12 +192,8 @@ class HeadTracker:
     ) -> HeadAngles:
         """Return joint targets by the estimate of the last image.
 
-        Args:
-            state: The filter.
-            read: Encoder readings.
-            joints: Those of a head that looks as the camera does.
-            lens: The lens.
-            held: Landmarks to centre even if another set fits better.
+        At the encoder readings `read`, a head with `joints` looks as the camera does. Landmarks
+        that are held are centred even if another set fits better.
         """
         offsets_m: Sequence[Sequence[float]] = state.led_offsets_m
         if self._tags:

@@ -96,18 +96,11 @@ def find_predicted(
     window_half_px: int,
     streak_px: float,
 ) -> MatchedLeds:
-    """Detect LEDs in windows around their predicted pixels.
+    """Detect LEDs in windows, of at least a half-width, around their predicted pixels.
 
-    If the brightest spot of a window fails the gate, the second brightest is tried.
-
-    Args:
-        image: (height, width) grey values.
-        prediction: Predicted pixels of the LEDs.
-        detector: The spot detector.
-        optics: The lens.
-        gate: Largest squared Mahalanobis distance of a spot, 2 degrees of freedom.
-        window_half_px: Smallest half-width of a window.
-        streak_px: Longest line that motion may draw a spot out to.
+    If the brightest spot of a window fails the gate, the largest squared Mahalanobis distance with
+    2 degrees of freedom, the second brightest is tried. Motion may draw a spot out to a line of at
+    most `streak_px`.
     """
     leds, centres, halves, expected = _windows(prediction, optics, image.shape, window_half_px)
     spots = detector.in_windows(image, centres, halves, streak_px=streak_px)

@@ -104,11 +104,8 @@ class CameraView:
     def pixels(self, pose: CameraPose, time_s: float = 0.0) -> list[tuple[float, float]]:
         """Return the pixel (u, v) of each point; NaN where it is behind the camera or hidden.
 
-        Plain floats suit a few points.
-
-        Args:
-            pose: Pose and velocity of the camera at the stamp.
-            time_s: Time relative to the stamp.
+        The camera has moved on for a time since the stamp of its pose. Plain floats suit a few
+        points.
         """
         right, down, forward = optical_rotation(
             pose.azimuth_rad + time_s * pose.azimuth_rad_per_s,

@@ -12,11 +12,7 @@ from goalreach_sim.simulator_config import HeadConfig
 class Servo:
     """A servo that turns to its target at a constant rate; exact for any step length.
 
-    Attributes:
-        minimum_rad: Lower end of its range.
-        maximum_rad: Upper end of its range.
-        rate_rad_per_s: Rate of rotation.
-        position_rad: Angle by its own encoder, before noise.
+    Its position is the angle by its own encoder, before noise.
     """
 
     minimum_rad: float

@@ -278,17 +278,16 @@ class Simulator:
         """Return the camera's pose and velocity; steering does not turn it."""
         robot = self.robot
         heading_rad, speed = robot.heading_rad, robot.translation.velocity
+        azimuth_rad = camera_azimuth(heading_rad, head)
         centre_m = np.array([robot.x_m, robot.y_m, self._camera_height_m])
         if offset_m := self.config.noise.lens_offset_m:
-            axis = optical_rotation(camera_azimuth(heading_rad, head), head.tilt_rad)[2]
-            centre_m += offset_m * axis
+            centre_m += offset_m * optical_rotation(azimuth_rad, head.tilt_rad)[2]
+        east, north = speed * math.cos(heading_rad), speed * math.sin(heading_rad)
         return CameraPose(
             centre_m=centre_m,
-            azimuth_rad=camera_azimuth(heading_rad, head),
+            azimuth_rad=azimuth_rad,
             tilt_rad=head.tilt_rad,
-            velocity_m_per_s=np.array(
-                [speed * math.cos(heading_rad), speed * math.sin(heading_rad), 0.0]
-            ),
+            velocity_m_per_s=np.array([east, north, 0.0]),
             azimuth_rad_per_s=robot.turret.velocity + self.head.pan.velocity_rad_per_s,
             tilt_rad_per_s=self.head.tilt.velocity_rad_per_s,
         )
