@@ -28,8 +28,8 @@ from goalreach_perception.calibration_model import (
     DriveModel,
     DriveRecord,
 )
-from goalreach_perception.camera_mount import CameraMount
 from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.measurement_model import CameraMount
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.radians(60.0))
 EIGHT_LEDS_M = (

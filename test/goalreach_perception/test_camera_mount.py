@@ -10,8 +10,7 @@ import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
-from goalreach_perception.camera_mount import CameraMount
-from goalreach_perception.measurement_model import Optics
+from goalreach_perception.measurement_model import CameraMount, Optics
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
 OPTICAL = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])

@@ -28,9 +28,8 @@ from goalreach_msgs_py.alignment import moved_on
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.tags import ROTATION_SIGMA_RAD
 from goalreach_msgs_py.values import FloatArray, HeadAngles, LandmarkObservation, Pose2
-from goalreach_perception.camera_mount import attitude
 from goalreach_perception.localizer_config import LocalizerConfig
-from goalreach_perception.measurement_model import MINIMUM_DEPTH_M, Lens, Optics
+from goalreach_perception.measurement_model import MINIMUM_DEPTH_M, Lens, Optics, attitude
 
 POSE: Final = 3
 SCALE, TURN, DRIFT, DELAY, SLIP, FOCAL, PAN, LANDMARKS = range(9, 17)
@@ -120,10 +119,8 @@ class DriveModel:
     def __init__(self, record: DriveRecord, config: LocalizerConfig) -> None:
         self.record, noise = record, config.noise
         self._fx, self._fy, self._cx, self._cy = Lens.of_camera(record.camera).intrinsics
-        self._times_s, self._odometry = (
-            record.odometry[:, 0],
-            np.unwrap(record.odometry[:, 1:], axis=0),
-        )
+        self._times_s = record.odometry[:, 0]
+        self._odometry = np.unwrap(record.odometry[:, 1:], axis=0)
         self._joints = record.joints[:, 0], np.unwrap(record.joints[:, 1:], axis=0)
         leds_m, tags = config.landmark_array_m, config.tag_list
         self._points_m = np.concatenate([leds_m, *(tag.corners_m for tag in tags)])
@@ -137,14 +134,8 @@ class DriveModel:
         place, turns = [noise.survey_error_m] * 3, [ROTATION_SIGMA_RAD] * 3
         survey = [*place * len(leds_m), *[*place, *turns] * len(tags)]
         self._walk = self._walk_sigmas(config)
-        own = [
-            *_PRIORS,
-            noise.focal_error,
-            noise.pan_tilt_bias_rad,
-            *survey,
-            *[1.0] * self._walk.size,
-        ]
-        self.sigmas = np.maximum(own, _TINY)
+        camera = noise.focal_error, noise.pan_tilt_bias_rad
+        self.sigmas = np.maximum([*_PRIORS, *camera, *survey, *[1.0] * self._walk.size], _TINY)
         odometry = config.odometry
         errors = odometry.scale - 1.0, odometry.turn_scale - 1.0, odometry.drift_rad_per_m
         start = vars(self._start()).values()

@@ -91,8 +91,8 @@ class ImageMotion(NamedTuple):
         Those in its middle, if known, tell how the rates change.
         """
         then, now = first[1], last[1]
-        turn, rise = _turned(first, last)
-        half, half_rise = (0.5 * turn, 0.5 * rise) if middle is None else _turned(first, middle)
+        turn, rise = turned(first, last)
+        half, half_rise = (0.5 * turn, 0.5 * rise) if middle is None else turned(first, middle)
         dx, dy = now.pose.x_m - then.pose.x_m, now.pose.y_m - then.pose.y_m
         ahead, aside = math.cos(now.pose.heading_rad), math.sin(now.pose.heading_rad)
         velocity = (ahead * dx + aside * dy) / span_s, (ahead * dy - aside * dx) / span_s
@@ -139,7 +139,7 @@ class ImageDelay:
         return exposed_ns, now, ImageMotion.between(delay_s, span_s, then, now, middle)
 
 
-def _turned(one: Sample, other: Sample) -> tuple[float, float]:
+def turned(one: Sample, other: Sample) -> tuple[float, float]:
     """Return how far azimuth and tilt of the camera turn from one sample to another."""
     (a, start), (b, end) = one, other
     turn = b.turret_rad + b.pan_rad + end.pose.heading_rad

@@ -15,9 +15,8 @@ from goalreach_msgs_py.topics import HEAD_JOINTS
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Pose2, PoseEstimate
 from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.association import Fix
-from goalreach_perception.camera_mount import CameraMount
 from goalreach_perception.head_tracker import HeadTracker
-from goalreach_perception.image_delay import ImageDelay
+from goalreach_perception.image_delay import ImageDelay, turned
 from goalreach_perception.input_check import FrozenImageDetector, input_fault, odometry_jump
 from goalreach_perception.landmark_tracking import (
     MatchedLeds,
@@ -34,7 +33,7 @@ from goalreach_perception.localizer_output import (
     observations,
     uniform_estimate,
 )
-from goalreach_perception.measurement_model import PAN_BIAS, Optics
+from goalreach_perception.measurement_model import PAN_BIAS, CameraMount, Optics
 from goalreach_perception.misfit import FixWatch
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.pose_monitor import Mode, PoseMonitor
@@ -55,10 +54,8 @@ class LandmarkLocalizer:
     While tracking, LEDs are detected in windows around their predicted pixels and correct the
     filter. While searching, every image is solved from scratch for pose and labelling.
 
-    Args:
-        config: Landmarks, expected errors and all parameters.
-        joints: Names of the joints of the head. A camera that no turret turns may see no LED for
-            long: the pose then follows the odometry, until its covariance is too large.
+    A camera that no turret turns, by the names of the head's joints, may see no LED for long: the
+    pose then follows the odometry, until its covariance is too large.
     """
 
     def __init__(self, config: LocalizerConfig, joints: Sequence[str] = HEAD_JOINTS) -> None:
@@ -81,7 +78,7 @@ class LandmarkLocalizer:
         self._make_filter(None)
         self._counts = dict.fromkeys(LocalizerCounters._fields, 0)
         self._optics: Optics | None = None
-        self._last: tuple[int, Pose2, HeadAngles] | None = None
+        self._last: tuple[int, Sample] | None = None
         self._stamp_ns: int | None = None
         self._rates_rad_per_s = (0.0, 0.0)
         self._output: LocalizerOutput | None = None
@@ -155,7 +152,7 @@ class LandmarkLocalizer:
         read, (joints, roll_rad) = joints, self._mount.look(joints)
         optics = self._optics = Optics.of(camera, roll_rad, self._optics)
         self._counts['frames'] += 1
-        self._predict(time_ns, odometry, joints, stamped)
+        self._predict(time_ns, (joints, odometry), stamped)
         tracking = self._monitor.mode is not Mode.SEARCHING
         tags = self._tag_detector.find(image, optics)
         matched = self._track(image, tags, joints, optics) if tracking else None
@@ -205,18 +202,12 @@ class LandmarkLocalizer:
             counters=LocalizerCounters(*self._counts.values()),
         )
 
-    def _predict(
-        self, time_ns: int, odometry: Odometry, joints: HeadAngles, stamped: Pose2
-    ) -> None:
+    def _predict(self, time_ns: int, sample: Sample, stamped: Pose2) -> None:
         """Predict by odometry; search again after a jump of the odometry, even a later one."""
-        now, late_s = odometry.pose, ((self._stamp_ns or time_ns) - time_ns) * 1e-9
+        now, late_s = sample[1].pose, ((self._stamp_ns or time_ns) - time_ns) * 1e-9
         if self._last is not None:
-            before_ns, before, joints_before = self._last
-            dt_s = (time_ns - before_ns) * 1e-9
-            turned, rise = joints.pan_rad - joints_before.pan_rad, joints.tilt_rad
-            turned += now.heading_rad + joints.turret_rad
-            turned -= before.heading_rad + joints_before.turret_rad
-            turned, rise = math.remainder(turned, math.tau), rise - joints_before.tilt_rad
+            before_ns, last = self._last
+            before, dt_s = last[1].pose, (time_ns - before_ns) * 1e-9
             speed, turn = self._config.robot_speed_m_per_s, self._config.robot_turn_rad_per_s
             jumps = partial(odometry_jump, speed_m_per_s=speed, turn_rad_per_s=turn)
             late = stamped is not now and jumps(now, stamped, abs(late_s))
@@ -230,9 +221,9 @@ class LandmarkLocalizer:
                 self._filter.fade(abs(dt_s))
                 self._filter.predict(before, now, dt_s)
             if abs(dt_s) > _LEAST_STEP_S:  # else a new estimate of the delay came between
-                rate = math.hypot(turned, rise) / abs(dt_s)
+                rate = math.hypot(*turned(last, sample)) / abs(dt_s)
                 self._rates_rad_per_s = self._rates_rad_per_s[-1], rate
-        self._last = (time_ns, now, joints)
+        self._last = (time_ns, sample)
 
     def _streak_px(self, optics: Optics) -> float:
         """Return the longest line that the head's motion may draw a spot out to.
@@ -244,10 +235,10 @@ class LandmarkLocalizer:
 
     def _fix(self, found: MatchedLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
         """Return the pose of one image by tags, or by LEDs where there is none in view."""
-        firsts = found.leds[found.leds >= self._led_count][::CORNERS] - self._led_count
-        if len(firsts) == 0:
-            return None
         rows = np.flatnonzero(found.leds >= self._led_count).tolist()
+        if not rows:
+            return None
+        firsts = found.leds[rows[::CORNERS]] - self._led_count
         tags = [self._tags[first // CORNERS] for first in firsts.tolist()]
         return self._acquisition.from_tags(found.select(rows), tags, joints, optics)
 
@@ -273,8 +264,8 @@ class LandmarkLocalizer:
         confirmed = self._monitor.mode is not Mode.CONFIRMING
         spare = CORNERS - 1 if self._tags and used is not None else 0  # a tag, as an LED, may miss
         self._monitor.update(0 if used is None else len(used.leds), found.expected - spare)
-        doubt = self._filter.pose_covariance if self._filter.misfit else None
-        useless = self._last is not None and self._monitor.is_useless(self._last[1], doubt)
+        doubt = None if self._filter.fits else self._filter.pose_covariance
+        useless = self._last is not None and self._monitor.is_useless(self._last[1][1].pose, doubt)
         if useless or self._filter.is_refuted:
             self._monitor.lose('images contradict the pose')
         if self._monitor.mode is Mode.SEARCHING:

@@ -143,17 +143,18 @@ class PoseFilter:
         self._suspects = ConstantsWatch(self.mean, sigmas, self._places)
 
     def joint_gate(self, landmarks: int) -> float:
-        """Return the largest normalized innovation squared at which an image corrects the state.
-
-        Args:
-            landmarks: Number of landmarks in the image.
-        """
+        """Return the largest normalized innovation squared of an image that corrects the state."""
         return equivalent_gate(self._config.joint_gate, _GATED, 2 * landmarks)
 
     @property
+    def fits(self) -> bool:
+        """Whether no innovation has contradicted the covariance, and no constant is suspect."""
+        return self._growth == 1.0 and not self._suspects.suspect
+
+    @property
     def misfit(self) -> str:
-        """What does not fit, where innovations have contradicted the covariance; else empty."""
-        if self._growth == 1.0 and not self._suspects.suspect:
+        """What does not fit, and what to check; empty where all fits."""
+        if self.fits:
             return ''
         suspect, landmarks = self._suspects.suspect, len(self._surveyed_m) // 3
         name = state_name(suspect, len(self.mean), landmarks, self._tags)
@@ -253,11 +254,8 @@ class PoseFilter:
     def start(self, pose: Pose2, covariance: FloatArray, *, coarse: bool = False) -> None:
         """Initialize the pose; the estimates of all constants stay.
 
-        Args:
-            pose: The pose.
-            covariance: (3, 3) of x, y, heading; independent of all other states.
-            coarse: Whether the pose is too uncertain to linearize about: it comes from two LEDs or
-                from several images.
+        Its covariance (3, 3) of x, y, heading is independent of all other states. A coarse pose is
+        too uncertain to linearize about: it comes from two LEDs or from several images.
         """
         self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
@@ -294,11 +292,7 @@ class PoseFilter:
         self.mean[DELAY], self.covariance[DELAY, DELAY] = known
 
     def fade(self, dt_s: float) -> None:
-        """Let the estimates of constants fade towards their prior; see `FadingMemory`.
-
-        Args:
-            dt_s: Time since the last image; infinite to restore the prior.
-        """
+        """Let constants fade towards their prior; an infinite time restores it."""
         self._unfaded_s += dt_s
         if self._unfaded_s >= _FADING_STEP_S:
             if not self.is_unsettled:
@@ -311,12 +305,9 @@ class PoseFilter:
             self._unfaded_s = 0.0
 
     def predict(self, before: Pose2, after: Pose2, dt_s: float = np.inf) -> None:
-        """Predict the pose by the motion of the odometry.
+        """Predict the pose by the odometry at the last image and now, in the same frame.
 
-        Args:
-            before: Odometry pose at the last image.
-            after: Odometry pose now, in the same frame.
-            dt_s: Time between them, for the slip; infinite for none.
+        The time between them tells the slip; it is infinite for none.
         """
         distance, turn = self._motion.propagate_mean(self.mean, before, after, dt_s)
         self.covariance = covariance = self._motion.propagate_covariance(self.covariance)
@@ -328,13 +319,9 @@ class PoseFilter:
         covariance[2, 2] += heading_var
 
     def predict_leds(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
-        """Predict the pixels of the LEDs.
+        """Predict the pixels of the LEDs by the nominal lens and the encoder readings.
 
-        Args:
-            lens: The nominal lens.
-            joints: Encoder readings of the head.
-            solved: Whether the pose is a solution of this image, so that linearization about it
-                is exact enough.
+        Linearization is exact enough about a pose that is a solution of this image: `solved`.
         """
         state = self.mean.tolist()
         x_m, y_m, heading, pan_bias, tilt_bias, _, _, height_m, focal = state[:LEDS]

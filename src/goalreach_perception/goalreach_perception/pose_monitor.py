@@ -80,7 +80,7 @@ class PoseMonitorConfig(Configuration):
 
 
 class PoseMonitor:
-    """The state machine of the modes; it contains no geometry.
+    """The state machine of the modes.
 
     Attributes:
         mode: The current mode; never REFUSED.
@@ -185,8 +185,7 @@ class PoseMonitor:
     def add_check(self, distance2: float) -> bool:
         """Register a check; return whether to restart the filter from the image.
 
-        Args:
-            distance2: Squared distance of the filter from the pose of one image, 3 dof.
+        It is the squared distance of the filter from the pose of one image, 3 degrees of freedom.
         """
         agrees = distance2 <= self._config.check_gate
         self._contradictions = 0 if agrees else self._contradictions + 1

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import FloatArray, LandmarkObservation, Pose2
-from goalreach_perception.camera_mount import CameraMount
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
+from goalreach_perception.measurement_model import CameraMount
 
 _SCAN_FRAMES = 10
 """Frames between scans of the whole image. Chosen: a scan costs as much as ten windows."""
