@@ -113,10 +113,9 @@ class PoseFilter:
         odometry: OdometryConfig | None = None,
         delay_s: float | None = None,
     ) -> None:
-        self._config = config
+        self._config, self._calibrate, self._tags = config, calibrate, tags
         self.motion = None if delay_s is None else ImageMotion(delay_s)
         self._camera_height_m, self._mount_m = camera_height_m, mount_m
-        self._calibrate, self._tags = calibrate, tags
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
         after = [config.mount_sigma_m, config.mount_sigma_m, config.slip_sigma_s]
         after = after if delay_s is None else [config.delay_sigma_s, *after]
