@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 import contextlib
-from contextlib import ExitStack, contextmanager
 import errno
 import fcntl
 import os
@@ -85,7 +84,7 @@ _PEER: Final = struct.Struct('iII')
 """Process, user and group of a socket's peer (`ucred` in unix(7))."""
 
 
-@contextmanager
+@contextlib.contextmanager
 def domain_lock(namespace: str = '') -> Iterator[bool]:
     """Lock this process's ROS domain against all users; it is released however the process ends.
 
@@ -98,7 +97,7 @@ def domain_lock(namespace: str = '') -> Iterator[bool]:
     Raises:
         GoalreachError: Another stack of this machine holds it.
     """
-    with ExitStack() as locks:
+    with contextlib.ExitStack() as locks:
         if namespace:
             locks.enter_context(_lock(f'/{namespace}'))
         owns_domain = True
@@ -111,7 +110,7 @@ def domain_lock(namespace: str = '') -> Iterator[bool]:
         yield owns_domain
 
 
-@contextmanager
+@contextlib.contextmanager
 def _lock(suffix: str) -> Iterator[None]:
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
     name = f'{domain}{suffix}'

@@ -30,7 +30,7 @@ class RunReport(logging.Handler):
     """Prints one line per event and a table at the end; plain text unless on a terminal.
 
     As a context manager it prints what the modules of the launcher log: warnings and errors to
-    stderr, everything else to stdout.
+    stderr, everything else to stdout. A total of 0 paths stands for a run without end.
     """
 
     def __init__(self, *, quiet: bool, total: int) -> None:
