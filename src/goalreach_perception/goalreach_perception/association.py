@@ -215,8 +215,7 @@ def _seeds(
     if leds.shape[1] != _TRIPLE:
         return seeds
     rays = turns * (np.cos(tilts) + np.sin(tilts) * slopes[..., 1] - 1j * slopes[..., 0])
-    bearings_only, _ = triangulate(flat, rays / np.abs(rays))
-    return np.concatenate([seeds, bearings_only])
+    return np.concatenate([seeds, triangulate(flat, rays / np.abs(rays))])
 
 
 def _inside(

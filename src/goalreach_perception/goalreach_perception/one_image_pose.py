@@ -43,12 +43,10 @@ class ImageGeometry:
 
     Attributes:
         leds_m: (n, 3) estimated positions of the LEDs in `map`.
-        camera_height_m: Estimated height of the optical centre.
         mount_m: Place of the optical centre in the head: forward and left of the axis.
         turns_rad: (spots,) azimuth of the optical axis relative to the unknown azimuth: zero for
             spots of one image.
         tilts_rad: (spots,) tilt encoder reading plus estimated bias.
-        lens: Estimated lens.
         nuisance_covariance: (9 + 3 n,) squared covariance of the state vector, of which the rows
             from the tilt bias on are used.
         tilt_noise_rad: Noise of the tilt encoder (1 sigma).
@@ -233,7 +231,7 @@ def align(places_m: ComplexArray, seen_m: ComplexArray) -> FloatArray:
     return np.stack([position_m.real, position_m.imag, np.angle(turn)], axis=1)
 
 
-def triangulate(places_m: ComplexArray, rays: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def triangulate(places_m: ComplexArray, rays: ComplexArray) -> FloatArray:
     """Return the pose from the bearings of three LEDs alone, without their heights.
 
     Three-object triangulation by intersecting circles, as in Pierlot and Van Droogenbroeck,
@@ -243,15 +241,14 @@ def triangulate(places_m: ComplexArray, rays: ComplexArray) -> tuple[FloatArray,
     and those that see 2 and 3 under b are sin(b) |R|^2 = Re(conj(R) i B3 exp(-i b)). Both circles
     pass through the origin; the line through their other intersection is perpendicular to
     n = sin(b) (-i) B1 exp(i a) - sin(a) i B3 exp(-i b). If the two circles coincide
-    (the danger circle), n is zero.
+    (the danger circle), n is zero and the pose arbitrary.
 
     Args:
         places_m: (m, 3) LEDs in `map`, x + y * 1j.
         rays: (m, 3) unit directions in the levelled camera frame, forward + left * 1j.
 
     Returns:
-        (m, 3) of x, y, azimuth, and (m,) the quality |n| / (|B1| + |B3|): zero where the
-        geometry is singular, at most one.
+        (m, 3) of x, y, azimuth.
     """
     origin_m = places_m[:, 1]
     first_m, third_m = places_m[:, 0] - origin_m, places_m[:, 2] - origin_m
@@ -269,6 +266,4 @@ def triangulate(places_m: ComplexArray, rays: ComplexArray) -> tuple[FloatArray,
     offset_m = across * (np.conj(across) * circle).real / (sine * length2)
     azimuth = np.angle(-(offset_m * np.conj(rays[:, 1])))
     position_m = origin_m + offset_m
-    pose = np.stack([position_m.real, position_m.imag, azimuth], axis=1)
-    quality = np.abs(normal) / np.maximum(np.abs(first_m) + np.abs(third_m), _TINY)
-    return pose, quality
+    return np.stack([position_m.real, position_m.imag, azimuth], axis=1)
