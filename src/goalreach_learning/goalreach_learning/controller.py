@@ -37,7 +37,6 @@ class ControlStep(NamedTuple):
     """The output for one state.
 
     Attributes:
-        command: Velocities until the next state.
         heading_rad: Heading that is followed, radians in `map`; None while idle.
         transition: The action that ended with this state, or None. If its outcome is not None,
             the path has ended.

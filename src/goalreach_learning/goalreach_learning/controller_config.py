@@ -114,7 +114,6 @@ class PathOrder(NamedTuple):
     """One path to be driven.
 
     Attributes:
-        path: Number of the path, from 0.
         trial: Number of the trial: one trial drives every start once.
         start: Pose at which to place the robot, or None for its present pose.
         waits: Whether it begins when it is requested: somebody else places the robot for it.

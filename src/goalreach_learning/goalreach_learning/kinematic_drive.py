@@ -52,7 +52,6 @@ class OptionEnvironment:
         overshoot_m: Distance driven past a border before the option ends, unless a wall ends it.
 
     Attributes:
-        regions: The region map.
         x_contacts_m: Smallest and largest x of the disc's centre.
         y_contacts_m: Smallest and largest y of the disc's centre.
     """

@@ -75,7 +75,6 @@ class Policy:
     Attributes:
         q: Q-values (columns, rows, actions), in the paper (3, 3, 8).
         visits: Number of updates of each, same shape.
-        regions: The region map, with its goal.
         learning: Parameters of the learning by name: alpha, gamma, temperatures, trials, seed, ...
         learner: Name and state of the learner to continue with; empty for the paper's.
 

@@ -24,7 +24,6 @@ class TrainingResult(NamedTuple):
     """The result of a learning phase.
 
     Attributes:
-        policy: The learned policy.
         success_by_trial: Fraction of the exploring paths of each trial that reached the goal.
         options: Total number of actions.
         length_m: Total length driven, metres.

@@ -83,8 +83,6 @@ class Calibration:
     """The result of a calibration.
 
     Attributes:
-        values: The numbers.
-        covariance: Their covariance.
         parameters: The parameters of `landmark_localizer` that follow.
         residual_px: Root mean square of the residuals per axis, images that do not fit left out.
         expected_px: What it should be.

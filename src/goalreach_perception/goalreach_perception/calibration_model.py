@@ -56,7 +56,6 @@ class DriveRecord:
         images: (o,) index of the image of each observation, increasing.
         landmarks: (o,) index of its landmark: LEDs, then corners of tags.
         pixels_px: (o, 2) its pixel, without the distortion of the lens.
-        camera: The camera.
         first: Estimated pose in `map` at the first of the stamps.
     """
 
@@ -110,7 +109,6 @@ class DriveModel:
     """Predicts the observations of a drive.
 
     Attributes:
-        record: The drive.
         given: (16,) what was given.
         sigmas: (states,) priors.
         groups: The states of each landmark, LEDs before tags.

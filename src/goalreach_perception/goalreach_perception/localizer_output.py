@@ -44,7 +44,6 @@ class LocalizerOutput(NamedTuple):
         mode: 'searching', 'confirming' (a pose from one image, to be confirmed by more),
             'tracking', 'doubtful' (predicted LEDs are not detected) or 'refused' (invalid input).
         reason: Why the mode is not 'tracking'; empty while it is.
-        counters: Counts of events since the start.
         misfit: What in the model does not fit and what to check; empty while it fits.
         seen_from: Pose and joints when the image was exposed.
         delay: Delay of the images, where it is estimated.

@@ -91,8 +91,6 @@ class PoseFilter:
         delay_s: The delay of the images that was given, where it is to be estimated; else None.
 
     Attributes:
-        mean: The state vector.
-        covariance: Its covariance.
         last_innovation: Normalized innovation squared of the last correction, and its degrees of
             freedom; for studies of consistency.
         coarse: Whether the pose was initialized from too little for a linear filter.

@@ -148,8 +148,6 @@ class CameraRenderer:
     Attributes:
         camera: The true lens, not the calibrated one.
         landmarks_m: (n, 3) true positions of the LEDs in `map`.
-        arena_size_m: Arena size along x and y.
-        optics: Light and grey values.
         noise: Read noise, spot width, exposure, dropouts, spurious lights.
         rng: Generator of the pixel noise.
         event_rng: Generator of dropouts and spurious lights.

@@ -31,8 +31,6 @@ class Robot:
     drive heading (or its reverse, in backward motion) has a component into the wall.
 
     Attributes:
-        config: Limits of the axes.
-        walls: The arena's walls.
         watchdog_s: Time after the last drive command at which all axes ramp to rest.
         watchdog_braking_m_per_s2: Its deceleration, or None for the usual ramp.
         odometry_scale: Distance measured by the encoders over distance driven.

@@ -37,7 +37,6 @@ class Simulator:
     Attributes:
         config: Robot, arena and the size of the errors.
         robot: The mobile base, in SI units.
-        head: The pan/tilt head.
         time_ns: The robot's clock, nanoseconds; a reset does not turn it back.
         period_ns: One camera period, nanoseconds.
     """

@@ -32,9 +32,6 @@ class Walls:
     turns back along its track, as people do. Obstacles do not stop one another.
 
     Attributes:
-        width_m: Arena size along x.
-        length_m: Arena size along y.
-        body_radius_m: Radius of the robot.
         obstacles: The obstacles at the start of their tracks, then as they stand now.
     """
 

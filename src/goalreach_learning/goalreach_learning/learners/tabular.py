@@ -25,7 +25,6 @@ class PaperLearner:
     """One-step Q-learning with Boltzmann exploration on a table of regions.
 
     Attributes:
-        config: Learning rate, discount and temperatures.
         q: Q-values, nested lists [x][y][action].
         visits: Number of updates of each, nested lists [x][y][action].
     """
