@@ -40,10 +40,7 @@ COMMANDS: Final = (
     'tags',
     'new-arena',
 )
-ROS_COMMANDS: Final = (
-    *('run', 'record', 'replay', 'dashboard', 'ros2'),
-    *('check-robot', 'calibrate'),
-)
+ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2', 'check-robot', 'calibrate')
 _STATUS_INTERRUPTED = 130
 _STREAMS: Final = ('stdin', 'stdout', 'stderr')
 _UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
