@@ -207,8 +207,8 @@ class Surroundings(NamedTuple):
     def touched_rad(self, base_rad: float) -> tuple[float, ...]:
         """Return the azimuths of what the body touches: the middle of each run of pressed bumpers.
 
-        By the orientation of the base in `map`. A body that is pressed all around touches nothing
-        in particular.
+        They are in `map`, radians in (-pi, pi], as is the orientation of the base. A body that is
+        pressed all around touches nothing in particular.
         """
         pressed, count, azimuths = self.pressed, len(self.pressed), []
         for first in range(count):

@@ -106,8 +106,9 @@ class Panorama:
     ) -> bool:
         """Add the spots of one image; return whether it has some and the panorama more than these.
 
-        Earlier spots are discarded by a displacement of the odometry, and by another `late_rad`:
-        how far the camera turns in the time by which the image may be late.
+        They are ideal pixels, (n, 2), each with a standard deviation per axis. Earlier spots are
+        discarded by a displacement of the odometry, and by another `late_rad`: how far the camera
+        turns in the time by which the image may be late.
         """
         place_m = (odometry.x_m, odometry.y_m)
         moved = self._place_m is None or math.dist(place_m, self._place_m) > _STILL_M

@@ -89,7 +89,7 @@ def wall_panorama(
 class TagPainter:
     """Draws tags by the projection of their corners; lens distortion inside a tag is left out.
 
-    The generator draws the errors with which the tags hang.
+    The camera is the true lens. The generator draws the errors with which the tags hang.
 
     Attributes:
         view: Projects the corners of the tags, four after four.

@@ -55,8 +55,8 @@ class Servo:
 class PanTiltHead:
     """Pan and tilt servos with mounting errors and encoder noise.
 
-    A servo turns until its own encoder reads the target; the camera's true angle then differs by
-    the bias. A reading adds noise: two draws.
+    A servo turns until its own encoder reads the target; the camera's true angle is that plus the
+    bias. A reading adds noise: two draws.
     """
 
     config: HeadConfig

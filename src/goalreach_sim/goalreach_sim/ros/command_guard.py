@@ -16,11 +16,11 @@ _UNKNOWN: Final = '_UNKNOWN_'
 
 @dataclass(kw_only=True)
 class CommandGuard:
-    """Refuses commands that are old, and all drive commands while two nodes drive.
+    """Refuses commands older than a limit, and all drive commands while two nodes drive.
 
     A command without a stamp counts as given now, like those of ROS 2 teleoperation nodes. One
     from the future is reported and accepted: the sender's clock is wrong, the command is fresh.
-    Times are of the graph's clock; `brakes_after_s` without a command the watchdog brakes. In
+    Ages are by the graph's clock; `brakes_after_s` without a command the watchdog brakes. In
     lockstep the clock reports missing commands.
     """
 
