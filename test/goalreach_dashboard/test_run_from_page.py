@@ -103,8 +103,15 @@ def terminal(arguments: list[str], home: Path) -> Iterator[Terminal]:
 
 
 @pytest.fixture(scope='module')
-def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
+def browser() -> Iterator[Page]:
+    """Open a browser before the run begins, which may be over sooner than a browser opens."""
     require_browser()
+    with open_page('about:blank', width=1366) as page:
+        yield page
+
+
+@pytest.fixture(scope='module')
+def run(browser: Page, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
     home = tmp_path_factory.mktemp('run')
     arguments = [*_QUICK, '--paths', '2', '--record', str(home / 'bag')]
     with terminal(arguments, home) as started:
@@ -112,12 +119,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
 
 
 @pytest.fixture(scope='module')
-def page(run: Terminal) -> Iterator[Page]:
+def page(browser: Page, run: Terminal) -> Page:
     """Open the page of the run, and wait until both paths are driven."""
-    with open_page(run.url, width=1366) as page:
-        assert run.until('the live page stays until it is closed'), run.text
-        assert page.until(lambda: page.text('status') == 'run ended')
-        yield page
+    browser.driver.get(run.url)
+    assert run.until('the live page stays until it is closed'), run.text
+    assert browser.until(lambda: browser.text('status') == 'run ended')
+    return browser
 
 
 def show_form(page: Page) -> None:
