@@ -115,13 +115,13 @@ def run(browser: Page, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ter
     home = tmp_path_factory.mktemp('run')
     arguments = [*_QUICK, '--paths', '2', '--record', str(home / 'bag')]
     with terminal(arguments, home) as started:
+        browser.driver.get(started.url)
         yield started
 
 
 @pytest.fixture(scope='module')
 def page(browser: Page, run: Terminal) -> Page:
-    """Open the page of the run, and wait until both paths are driven."""
-    browser.driver.get(run.url)
+    """Wait on the page of the run until both paths are driven."""
     assert run.until('the live page stays until it is closed'), run.text
     assert browser.until(lambda: browser.text('status') == 'run ended')
     return browser
