@@ -58,7 +58,7 @@ def output(player: 'subprocess.Popen[str]') -> str:
 @pytest.mark.graph
 def test_topics_are_remapped(bag: Path) -> None:
     came: dict[str, list[str]] = {'/x': [], '/other/b': [], '/c': []}
-    with replayed(bag, '--remap', '/a:=/x', 'b:=/other/b', '--delay', '2') as (
+    with replayed(bag, '--remap', '/a:=/x', 'b:=/other/b', '--delay', '9') as (
         node,
         serve,
         player,

@@ -25,21 +25,12 @@ def check(domain: int, home: Path, *words: str) -> subprocess.CompletedProcess[s
     )
 
 
-def robot(domain: int, home: Path, *words: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, '-m', 'goalreach_sim.nomad200_node', '--ros-args', *words],
-        env=graphs.graph_environment(domain, home),
-        stderr=subprocess.DEVNULL,
-    )
-
-
 def test_a_robot_that_can_drive_is_told_so_and_moved(tmp_path: Path) -> None:
     domain, path = graphs.fresh_domain(), tmp_path / 'verdicts.json'
-    start = ('-p', 'start_pose:=[1.778, 2.5, -1.5708]')
-    with robot(domain, tmp_path, *start) as process, graphs.onlooker(domain) as (node, serve):
-        assert serve(lambda: node.count_publishers('/odom') > 0, 30.0)
+    placed = graphs.robot('[1.778, 2.5, -1.5708]', domain=domain, home=tmp_path)
+    with placed, graphs.onlooker(domain) as (node, serve):
+        assert serve(lambda: node.count_publishers('/odom') > 0, 90.0)
         found = check(domain, tmp_path, '--move', '--json', str(path))
-        process.terminate()
     assert found.returncode == 0, found.stdout + found.stderr
     told = json.loads(path.read_text())
     assert told['can_drive'] is True
