@@ -12,6 +12,7 @@ import multiprocessing
 from multiprocessing.connection import Connection
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from colcon_workspace import Workspace
 
 TOOLS = ('ruff', 'mypy', 'pytest', 'pytest_timeout', 'xdist', 'hypothesis', 'slipcover')
 WORKERS = 3  # of pytest: tests of graphs wait as often as they compute
+MOST_AGAIN = 5  # failed tests, which those beside them may have slowed; more are no chance
 LOW_PRIORITY = 10  # of the steps beside pytest, as `nice` counts: a tenth of a core's time at most
 
 Step = tuple[str, Callable[[], tuple[bool, str]]]
@@ -159,10 +161,20 @@ def _command(*words: str) -> tuple[bool, str]:
 
 
 def _pytest(arguments: list[str]) -> tuple[bool, str]:
+    """Run the tests, and once more, alone, the few that failed beside others."""
+    ok, last = _run_pytest(['-n', str(WORKERS), '--dist', 'worksteal', *arguments])
+    failed = sum(map(int, re.findall(r'(\d+) (?:failed|error)', last)))
+    if 0 < failed <= MOST_AGAIN:
+        print('== pytest, what failed once more, alone')
+        ok, alone = _run_pytest(['--last-failed', *arguments])
+        last = f'{last}; alone: {alone}'
+    return ok, last
+
+
+def _run_pytest(arguments: list[str]) -> tuple[bool, str]:
     """Run pytest, print its output as it comes, and keep its closing line as the note."""
     colour = ['--color=yes'] if sys.stdout.isatty() else []
-    workers = ['-n', str(WORKERS), '--dist', 'worksteal']
-    command = [sys.executable, '-m', 'pytest', '-q', *workers, *colour, *arguments]
+    command = [sys.executable, '-m', 'pytest', '-q', *colour, *arguments]
     environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
     last = ''
     with subprocess.Popen(
