@@ -61,7 +61,7 @@ def test_steps_pause_and_end(bag: Path) -> None:
     came: list[str] = []
     with graphs.onlooker(domain) as (node, serve_until):
         node.create_subscription(String, '/text', lambda m: came.append(m.data), RELIABLE_QOS)
-        with replay_in_a_terminal(bag, ['--paused', '--delay', '2'], domain=domain) as (run, keys):
+        with replay_in_a_terminal(bag, ['--paused', '--delay', '9'], domain=domain) as (run, keys):
             assert serve_until(lambda: node.count_publishers('/text') == 1, LIMIT_S)
             for steps, typed in ((1, b's'), (2, b'\x1b[C'), (5, b's\x1b[Cs')):
                 os.write(keys, typed)
@@ -87,7 +87,7 @@ def test_faster(bag: Path) -> None:
     with graphs.onlooker(domain) as (node, serve_until):
         node.create_subscription(String, '/text', lambda m: came.append(m.data), RELIABLE_QOS)
         # At a thousandth of the speed the second message would come after 100 s.
-        with replay_in_a_terminal(bag, ['--rate', '0.001', '--delay', '2'], domain=domain) as (
+        with replay_in_a_terminal(bag, ['--rate', '0.001', '--delay', '9'], domain=domain) as (
             run,
             keys,
         ):

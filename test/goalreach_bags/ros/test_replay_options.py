@@ -205,7 +205,7 @@ def test_services_pause_step_and_resume(bag: Path) -> None:
 @pytest.mark.graph
 def test_acknowledgements_are_awaited_without_limit_until_they_come(bag: Path) -> None:
     came: list[str] = []
-    options = ('--wait-for-all-acked', '0', '--delay', '2', '--topics', '/a')
+    options = ('--wait-for-all-acked', '0', '--delay', '9', '--topics', '/a')
     with replayed(bag, *options) as (node, serve, player):
         node.create_subscription(String, '/a', lambda m: came.append(m.data), RELIABLE_QOS)
         assert serve(lambda: len(came) == COUNT, LIMIT_S)
