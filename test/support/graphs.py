@@ -104,22 +104,6 @@ def goalreach(arguments: list[str], *, domain: int, home: Path) -> Iterator[subp
 
 
 @contextmanager
-def robot(start: str, *, domain: int, home: Path) -> Iterator[None]:
-    """Run a robot alone, placed at a `start_pose`, and end it, whatever happens."""
-    words = ['--ros-args', '-p', f'start_pose:={start}']
-    process = subprocess.Popen(
-        [sys.executable, '-m', 'goalreach_sim.nomad200_node', *words],
-        env=graph_environment(domain, home),
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        yield
-    finally:
-        process.terminate()
-        process.wait(_END_S)
-
-
-@contextmanager
 def onlooker(domain: int) -> Iterator[tuple[Node, Callable[[Callable[[], bool], float], bool]]]:
     """Give a node in a domain, and a function that serves it until a condition holds.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -40,7 +40,7 @@ MODULES = {
 @contextmanager
 def node_process(
     name: str,
-    parameters: dict[str, object],
+    parameters: Mapping[str, object],
     *,
     domain: int,
     home: Path,

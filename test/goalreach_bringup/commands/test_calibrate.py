@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import standalone_parameters
 import graphs
+from ros_robot import node_process
 
 pytestmark = pytest.mark.graph
 
@@ -26,7 +27,7 @@ goal_reaching_controller:
   ros__parameters:
     body_radius_m: 0.23
 """
-START = '[1.2, 3.2, -1.5708]'
+START = {'start_pose': '[1.2, 3.2, -1.5708]'}
 
 
 def calibrating(domain: int, home: Path, *words: str) -> subprocess.Popen[str]:
@@ -43,8 +44,8 @@ def calibrating(domain: int, home: Path, *words: str) -> subprocess.Popen[str]:
 def test_a_robot_told_wrong_is_corrected_by_a_file_that_run_takes(tmp_path: Path) -> None:
     domain, told, out = graphs.fresh_domain(), tmp_path / 'told.yaml', tmp_path / 'found.yaml'
     told.write_text(TOLD)
-    placed = graphs.robot(START, domain=domain, home=tmp_path)
-    with placed, graphs.onlooker(domain) as (node, serve):
+    robot = node_process('nomad200', START, domain=domain, home=tmp_path)
+    with robot, graphs.onlooker(domain) as (node, serve):
         assert serve(lambda: node.count_publishers('/odom') > 0, 90.0)
         command = calibrating(domain, tmp_path, '--params-file', str(told), '--out', str(out))
         printed, errors = command.communicate(timeout=400)
@@ -87,8 +88,8 @@ def test_a_file_that_is_there_is_kept(tmp_path: Path) -> None:
 
 def test_the_robot_stands_after_ctrl_c(tmp_path: Path) -> None:
     domain, commands = graphs.fresh_domain(), list[TwistStamped]()
-    placed = graphs.robot(START, domain=domain, home=tmp_path)
-    with placed, graphs.onlooker(domain) as (node, serve):
+    robot = node_process('nomad200', START, domain=domain, home=tmp_path)
+    with robot, graphs.onlooker(domain) as (node, serve):
         graphs.collect(node, TwistStamped, '/cmd_vel', QoSProfile(depth=100), commands)
         assert serve(lambda: node.count_publishers('/odom') > 0, 90.0)
         command = calibrating(domain, tmp_path)

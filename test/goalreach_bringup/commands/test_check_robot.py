@@ -10,6 +10,7 @@ import sys
 import pytest
 
 import graphs
+from ros_robot import node_process
 
 pytestmark = pytest.mark.graph
 
@@ -27,8 +28,9 @@ def check(domain: int, home: Path, *words: str) -> subprocess.CompletedProcess[s
 
 def test_a_robot_that_can_drive_is_told_so_and_moved(tmp_path: Path) -> None:
     domain, path = graphs.fresh_domain(), tmp_path / 'verdicts.json'
-    placed = graphs.robot('[1.778, 2.5, -1.5708]', domain=domain, home=tmp_path)
-    with placed, graphs.onlooker(domain) as (node, serve):
+    placed = {'start_pose': '[1.778, 2.5, -1.5708]'}
+    robot = node_process('nomad200', placed, domain=domain, home=tmp_path)
+    with robot, graphs.onlooker(domain) as (node, serve):
         assert serve(lambda: node.count_publishers('/odom') > 0, 90.0)
         found = check(domain, tmp_path, '--move', '--json', str(path))
     assert found.returncode == 0, found.stdout + found.stderr
