@@ -83,4 +83,4 @@ def test_the_wheel_offers_the_command_and_needs_what_running_needs(wheel: ZipFil
     needed = {x for x in metadata.get_all('Requires-Dist', ()) if 'extra ==' not in x}
     assert dependencies is not None
     assert needed == set(re.findall("'(.*?)'", dependencies[1]))
-    assert {'dashboard', 'gym', 'parquet'} <= set(metadata.get_all('Provides-Extra', ()))
+    assert {'dashboard', 'gym'} <= set(metadata.get_all('Provides-Extra', ()))

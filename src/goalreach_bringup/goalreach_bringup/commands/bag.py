@@ -8,7 +8,7 @@ from typing import Final
 from goalreach_bringup.command import Command
 from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
 
-SUMMARY = 'Inspect a bag: info, plot, export, compare'
+SUMMARY = 'Inspect a bag: info, plot, compare'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,15 +32,6 @@ class PlotOptions(BagOptions):
     """Options of `bag plot`."""
 
     out: Path | None = option(None, 'folder for the files (default: DIR-figures)', metavar='DIR')
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportOptions(BagOptions):
-    """Options of `bag export`."""
-
-    topic: str = option(REQUIRED, 'topic to export', positional=True, metavar='TOPIC')
-    out: Path | None = option(None, '.csv (default) or .parquet file')
-    max_array: int = option(64, 'leave out longer arrays')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,8 +59,7 @@ def _info(options: InfoOptions) -> int:
 
 def _plot(options: PlotOptions) -> int:
     from goalreach_bags.reader import BagReader
-    from goalreach_bags.run_figures import run_figures
-    from goalreach_bags.run_series import read_run_series
+    from goalreach_bags.run_figures import read_run_series, run_figures
     from goalreach_evaluation.figures.figure_file import write_figure
 
     with BagReader(options.bag) as bag:
@@ -78,26 +68,6 @@ def _plot(options: PlotOptions) -> int:
     for name, figure in run_figures(series).items():
         for path in write_figure(figure, folder, name):
             print(path)
-    return 0
-
-
-def _export(options: ExportOptions) -> int:
-    from goalreach_bags.decode import Decoder
-    from goalreach_bags.export import MessageTable, write_table
-    from goalreach_bags.reader import BagReader
-
-    topic = options.topic if options.topic.startswith('/') else f'/{options.topic}'
-    table = MessageTable(max_array=options.max_array)
-    with BagReader(options.bag) as bag:
-        bag.require([topic])
-        decoder = Decoder([bag.topics[topic]])
-        for message in bag.messages([topic]):
-            table.add(message.time_ns, decoder.decode(topic, message.data))
-    table.make_numbers()
-    path = options.out or Path(f'{topic.strip("/").replace("/", "_")}.csv')
-    write_table(path, table)
-    left_out = f', without {", ".join(sorted(table.left_out))}' if table.left_out else ''
-    print(f'{table.rows} messages, {len(table.columns)} columns{left_out}: {path}')
     return 0
 
 
@@ -124,7 +94,6 @@ SUBCOMMANDS: Final[Mapping[str, Command]] = {
         options=PlotOptions,
         execute=_plot,
     ),
-    'export': Command(summary='a topic as CSV or Parquet', options=ExportOptions, execute=_export),
     'compare': Command(
         summary='whether two bags hold the same messages, and where they first differ',
         options=CompareOptions,

@@ -116,7 +116,7 @@ def _browser() -> str:
 
 
 def _extras() -> str:
-    names = ('gymnasium', 'distributed', 'pyarrow', 'stable-baselines3')
+    names = ('gymnasium', 'distributed', 'stable-baselines3')
     return ', '.join(f'{name} {_version(name) or _NOT_INSTALLED}' for name in names)
 
 
