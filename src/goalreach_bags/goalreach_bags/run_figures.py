@@ -1,33 +1,134 @@
-"""Figures of a run from its bag."""
+"""Time series of a run, read from its bag, and their figures."""
 
-from typing import Final
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+import math
+from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 import numpy as np
+from numpy.typing import NDArray
+import yaml
 
-from goalreach_bags.run_series import Floats, RunSeries
-from goalreach_evaluation.figures.arena_axes import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SKY,
-    VERMILION,
-    add_legend,
-    arena_figure,
-    to_inches,
-)
+from goalreach_bags.reader import BagReader
+from goalreach_bags.recording import PARAMETERS_KEY
+from goalreach_evaluation.figures import arena_axes as drawing
+from goalreach_evaluation.figures.arena_axes import BLACK, BLUE, GREY, SKY, VERMILION
+from goalreach_msgs_py import topics
 from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.cdr import MessageError, stamp_of
+from goalreach_msgs_py.diagnostic_messages import q_table_from_raw, state_from_raw
+from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.files import load_yaml
+from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw, twist_from_raw
+from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, Twist2
 
+_READERS: Final[Mapping[str, Callable[[bytes], Any]]] = {
+    topics.GROUND_TRUTH: odometry_from_raw,
+    topics.POSE: estimate_from_raw,
+    topics.STATE: state_from_raw,
+    topics.CMD_VEL: twist_from_raw,
+    topics.Q_TABLE: q_table_from_raw,
+}
+_NO_COMMAND: Final = Twist2(linear_m_per_s=math.nan, steering_rad_per_s=math.nan)
 _JUMP_M: Final = 0.1
 """Longer steps of the truth are placements, not driving. Chosen: ten times a step."""
-
-_COLOURS: Final = (BLUE, ORANGE, GREEN, VERMILION, SKY, BLACK, GREY, '#cc79a7')
+_COLOURS: Final = (BLUE, drawing.ORANGE, drawing.GREEN, VERMILION, SKY, BLACK, GREY, '#cc79a7')
 _DEGREES: Final = 180.0 / np.pi
-_SIZE_IN: Final = (8.0, 6.0)
+_LEGEND: Final[dict[str, Any]] = {'fontsize': 8, 'frameon': False}
+_BESIDE: Final = _LEGEND | {'loc': 'center left', 'bbox_to_anchor': (1.0, 0.5)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSeries:
+    """Time series of a run; one row per stamp with pose, state and, if recorded, truth.
+
+    Attributes:
+        arena: The arena.
+        time_s: The stamps, (n).
+        truth: True x, y, heading, m and rad, (n, 3); NaN where the bag has none.
+        estimate: Estimated x, y, heading, (n, 3); NaN where the state was uncertain.
+        sigma: Standard deviations of the estimate, (n, 3); NaN likewise.
+        memberships: Of LEFT-SIDE, FRONT, RIGHT-SIDE, NEAR, MEDIUM, FAR, (n, 6).
+        q: Q-values of the region's actions, (n, 8); NaN where the bag has no Q-table.
+        command: Speed and steering rate commanded, (n, 2); NaN where there is none.
+    """
+
+    arena: Arena
+    time_s: FloatArray
+    truth: FloatArray
+    estimate: FloatArray
+    sigma: FloatArray
+    memberships: FloatArray
+    q: FloatArray
+    command: FloatArray
+
+
+def read_run_series(bag: BagReader) -> RunSeries:
+    """Return the time series of a run.
+
+    Raises:
+        GoalreachError: The bag lacks pose or state, or a message is of another type.
+    """
+    needed = [topics.POSE, topics.STATE]
+    bag.require(needed)
+    needed += [topics.GROUND_TRUTH] * bool(bag.counts.get(topics.GROUND_TRUTH))
+    by_topic: dict[str, dict[int, Any]] = {name: {} for name in _READERS}
+    for message in bag.messages(_READERS):
+        latched = message.topic == topics.Q_TABLE
+        try:
+            stamp_ns = message.time_ns if latched else stamp_of(message.data)
+            by_topic[message.topic][stamp_ns] = _READERS[message.topic](message.data)
+        except MessageError as error:
+            raise GoalreachError(f'{bag.path}: {message.topic}: {error}') from None
+    stamps = sorted(set.intersection(*(set(by_topic[name]) for name in needed)))
+    if not stamps:
+        raise GoalreachError(f'{bag.path}: truth, pose and state have no stamp in common')
+    estimates = [by_topic[topics.POSE][s] for s in stamps]
+    variances = [estimate.covariance.diagonal() for estimate in estimates]
+    states = [by_topic[topics.STATE][s] for s in stamps]
+    doubt = np.array([[state.confidence is not Confidence.OK] for state in states])
+    region = np.array([s.region[0] * len(s.mu_y) + s.region[1] for s in states])
+    truths = by_topic[topics.GROUND_TRUTH]
+    twists = [by_topic[topics.CMD_VEL].get(s, _NO_COMMAND) for s in stamps]
+    return RunSeries(
+        arena=_recorded_arena(bag),
+        time_s=np.array(stamps) * 1e-9,
+        truth=np.array([_pose(truths[s].pose) if truths else [np.nan] * 3 for s in stamps]),
+        estimate=np.where(doubt, np.nan, [_pose(estimate.pose) for estimate in estimates]),
+        sigma=np.where(doubt, np.nan, np.sqrt(variances)),
+        memberships=np.array([(*state.mu_x, *state.mu_y) for state in states]),
+        q=_q_over_time(by_topic[topics.Q_TABLE], stamps, region),
+        command=np.array([(t.linear_m_per_s, t.steering_rad_per_s) for t in twists]),
+    )
+
+
+def _recorded_arena(bag: BagReader) -> Arena:
+    """Return the arena of the run's parameters, the paper's where the bag has none."""
+    try:
+        parameters = load_yaml(bag.metadata.custom[PARAMETERS_KEY])
+        return Arena.from_parameters(parameters['nomad200']['ros__parameters'])
+    except (KeyError, TypeError, yaml.YAMLError, GoalreachError):
+        return Arena()
+
+
+def _pose(pose: Pose2) -> tuple[float, float, float]:
+    return pose.x_m, pose.y_m, pose.heading_rad
+
+
+def _q_over_time(
+    tables: Mapping[int, FloatArray], stamps: list[int], region: NDArray[np.int64]
+) -> FloatArray:
+    """Return the Q-values of the region, from the table valid at each stamp."""
+    if not tables:
+        return np.full((len(stamps), 8), np.nan)
+    times = sorted(tables)
+    q = np.array([tables[t].reshape(-1, tables[t].shape[-1]) for t in times])
+    valid = np.maximum(np.searchsorted(times, stamps, side='right') - 1, 0)
+    return np.asarray(q[valid, region], dtype=np.float64)
 
 
 def run_figures(series: RunSeries) -> dict[str, Figure]:
@@ -41,31 +142,25 @@ def run_figures(series: RunSeries) -> dict[str, Figure]:
     }
 
 
-def _broken(series: RunSeries, values: Floats) -> Floats:
-    """Return values with a gap at each placement of the robot."""
-    steps = np.hypot(*np.diff(series.truth[:, :2], axis=0).T)
-    broken: Floats = values.astype(np.float64).copy()
-    broken[1:][steps > _JUMP_M] = np.nan
-    return broken
-
-
 def _path(series: RunSeries) -> Figure:
-    figure, axes = arena_figure(series.arena, 'Path driven')
-    for values, colour, style in ((series.truth, BLUE, '-'), (series.estimate, VERMILION, '--')):
-        x, y = (_broken(series, values[:, k] / INCH_M) for k in (0, 1))
+    figure, axes = drawing.arena_figure(series.arena, 'Path driven')
+    placed = np.hypot(*np.diff(series.truth[:, :2], axis=0).T) > _JUMP_M
+    lines = []
+    for values, colour, style, label in (
+        (series.truth, BLUE, '-', 'truth'),
+        (series.estimate, VERMILION, '--', 'estimate'),
+    ):
+        x, y = values[:, :2].T / INCH_M
+        x[1:][placed] = np.nan  # a gap
         axes.plot(x, y, style, color=colour, linewidth=1.3, zorder=5)
-    start = series.truth[0]
-    axes.plot(to_inches(start[0]), to_inches(start[1]), 'o', color=BLUE, zorder=6)
-    add_legend(
-        axes,
-        Line2D([], [], color=BLUE, label='truth'),
-        Line2D([], [], color=VERMILION, linestyle='--', label='estimate'),
-    )
+        lines.append(Line2D([], [], color=colour, linestyle=style, label=label))
+    axes.plot(*series.truth[0, :2] / INCH_M, 'o', color=BLUE, zorder=6)
+    drawing.add_legend(axes, *lines)
     return figure
 
 
 def _rows(series: RunSeries, title: str, count: int) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=_SIZE_IN, layout='constrained')
+    figure = Figure(figsize=(8.0, 6.0), layout='constrained')
     axes = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(title, fontsize=11)
     axes[-1].set_xlabel('time (s)')
@@ -99,7 +194,7 @@ def _memberships(series: RunSeries) -> Figure:
         for k, label in enumerate(labels):
             axis.plot(series.time_s, series.memberships[:, first + k], label=label)
         axis.set_ylabel('membership')
-        axis.legend(fontsize=8, frameon=False, loc='center left', bbox_to_anchor=(1.0, 0.5))
+        axis.legend(**_BESIDE)
     return figure
 
 
@@ -110,7 +205,7 @@ def _headings(series: RunSeries) -> Figure:
         heading_deg = values[:, 2] % (2 * np.pi) * _DEGREES
         axes[0].plot(series.time_s, heading_deg, '.', color=colour, markersize=2, label=label)
     axes[0].set_ylabel('heading (deg)')
-    axes[0].legend(fontsize=8, frameon=False)
+    axes[0].legend(**_LEGEND)
     axes[1].plot(series.time_s, series.command[:, 1] * _DEGREES, color=BLACK, linewidth=1.0)
     axes[1].set_ylabel('steering (deg/s)')
     axes[2].plot(series.time_s, series.command[:, 0] / INCH_M, color=BLACK, linewidth=1.0)
@@ -125,7 +220,5 @@ def _q_values(series: RunSeries) -> Figure:
         label = f'{action * 360 / series.q.shape[1]:g} deg'
         axes[0].step(series.time_s, series.q[:, action], color=colour, label=label, linewidth=1.0)
     axes[0].set_ylabel('Q')
-    axes[0].legend(
-        title='action', fontsize=8, frameon=False, loc='center left', bbox_to_anchor=(1.0, 0.5)
-    )
+    axes[0].legend(title='action', **_BESIDE)
     return figure
