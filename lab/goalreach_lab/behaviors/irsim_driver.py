@@ -89,10 +89,7 @@ def _world(arena: Arena, start: Pose2) -> dict[str, Any]:
     state, goal = [start.x_m, start.y_m, start.heading_rad], [*_goal(arena), 0.0]
     return {
         **irsim_robot(arena, _STEP_S, state=state, goal=goal, behavior=rvo),
-        'obstacle': [
-            *(irsim_line(_corners(box)) for box in (room, *boxes)),
-            *map(_body, bodies),
-        ],
+        'obstacle': [*(irsim_line(_corners(box)) for box in (room, *boxes)), *map(_body, bodies)],
     }
 
 

@@ -233,13 +233,7 @@ def _draw(paths: Sequence[Result], folder: Path) -> None:
             shapes.append(
                 Circle((one.x_m, one.y_m), one.radius_m, **look)
                 if one.radius_m
-                else Rectangle(
-                    corner,
-                    one.length_m,
-                    one.width_m,
-                    rotation_point='center',
-                    **look,
-                )
+                else Rectangle(corner, one.length_m, one.width_m, rotation_point='center', **look)
             )
             track = np.array([(one.x_m, one.y_m), *one.track_m])
             axes.plot(*track.T, ':', color='#b08050')

@@ -231,12 +231,7 @@ def arena_table(driven: Mapping[str, Sequence[DrivenPath]]) -> str:
     return table(
         ('arena', 'paths', 'goal, with 95 % interval', 'largest heading step, deg'),
         (
-            (
-                name,
-                len(paths),
-                _goal_share(paths),
-                f'{max(path.step_deg for path in paths):.1f}',
-            )
+            (name, len(paths), _goal_share(paths), f'{max(path.step_deg for path in paths):.1f}')
             for name, paths in driven.items()
             if paths
         ),

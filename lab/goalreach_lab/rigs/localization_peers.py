@@ -42,11 +42,7 @@ class BlobsAndP3P:
         self._detector: Any = cv2.SimpleBlobDetector.create(settings)
         self._leds_m = config.landmark_array_m
         self._matrix = np.array(
-            [
-                [camera.fx_px, 0.0, camera.cx_px],
-                [0.0, camera.fy_px, camera.cy_px],
-                [0.0, 0.0, 1.0],
-            ]
+            [[camera.fx_px, 0.0, camera.cx_px], [0.0, camera.fy_px, camera.cy_px], [0.0, 0.0, 1.0]]
         )
 
     def detect(self, image: Image) -> FloatArray:

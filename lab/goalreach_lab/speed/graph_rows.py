@@ -167,10 +167,7 @@ def _latency_row(
 def reader_rows(budget: Budget) -> list[BenchRow]:
     """Return the rows of the time of a tick while a reliable reader of images is stopped."""
     seconds, rows = budget.seconds(10.0), []
-    for name, words, bound in (
-        ('lockstep', _LOCKSTEP, 1.1),
-        ('real time', _REAL_TIME, 1.01),
-    ):
+    for name, words, bound in (('lockstep', _LOCKSTEP, 1.1), ('real time', _REAL_TIME, 1.01)):
         stopped: list[float] = []
         alone: list[float] = []
         with GraphTestRig.open() as rig, rig.stack(*words, '--seed', str(budget.seed)):

@@ -74,10 +74,7 @@ def merge_parameters(*layers: NodeParameters) -> NodeParameters:
 
 
 def write_parameters(
-    path: str | Path,
-    parameters: NodeParameters,
-    namespace: str = '',
-    comments: Iterable[str] = (),
+    path: str | Path, parameters: NodeParameters, namespace: str = '', comments: Iterable[str] = ()
 ) -> None:
     """Write a parameter file, with comments for people at its beginning.
 

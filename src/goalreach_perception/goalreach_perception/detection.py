@@ -354,11 +354,7 @@ class SpotDetector:
         return spots, clean
 
     def _moments(
-        self,
-        image: Image,
-        corners: list[Corner],
-        peaks_dn: list[int],
-        background_dn: float,
+        self, image: Image, corners: list[Corner], peaks_dn: list[int], background_dn: float
     ) -> list[list[float]]:
         """Return the `moment_sums` around each peak; of a larger patch if one is saturated."""
         radius = self._radius if max(peaks_dn, default=0) >= _SATURATED_DN else self._near

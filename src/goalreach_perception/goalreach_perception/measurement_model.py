@@ -30,12 +30,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.camera import (
-    EQUIDISTANT,
-    PinholeCamera,
-    camera_azimuth,
-    points_in_camera,
-)
+from goalreach_msgs_py.camera import EQUIDISTANT, PinholeCamera, camera_azimuth, points_in_camera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.tags import CORNERS, Tag
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2

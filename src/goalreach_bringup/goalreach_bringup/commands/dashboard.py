@@ -52,10 +52,5 @@ def execute(options: Options) -> int:
         port = int(listener.getsockname()[1])
         print(f'live page: {url(options.host, port, token)}', flush=True)
     return serve(
-        listener,
-        arena=arena,
-        token=token,
-        local=local,
-        events=options.events,
-        robot=options.robot,
+        listener, arena=arena, token=token, local=local, events=options.events, robot=options.robot
     )

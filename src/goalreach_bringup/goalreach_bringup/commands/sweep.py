@@ -17,8 +17,6 @@ from goalreach_msgs_py.options import REQUIRED, SeededOptions, option
 from goalreach_msgs_py.values import FloatArray
 
 SUMMARY = 'Learn and drive over seeds x noise x arenas, on processes or on a Dask cluster'
-
-
 _NEEDED = (('paths', 'paths'), ('bumps', 'bumps'), ('length_m', 'm'), ('time_s', 's'))
 _PROFILE = (5, 10, 15, 20, 40, 80, 160, 440)
 """Numbers of paths at which a performance profile is printed. Chosen."""

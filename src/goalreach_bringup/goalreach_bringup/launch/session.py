@@ -303,8 +303,7 @@ class RunSession:
         self._waits_for_person = not (placed or self._complete())
         if self._waits_for_person:
             _LOG.info(
-                'place the robot for the next path, then press Enter, or call /%s/start',
-                MONITOR,
+                'place the robot for the next path, then press Enter, or call /%s/start', MONITOR
             )
 
     def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:

@@ -30,8 +30,6 @@ _LINGER_S: Final = 5.0
 trails. Chosen."""
 _ROBOTS_PERIOD_S: Final = 1.0
 """Time between two looks for robots. Chosen."""
-
-
 _PERIOD_S: Final = 0.25
 """A node that does not publish counts as down when it has not responded for 0.8 s; a response
 costs it half a millisecond."""
