@@ -125,6 +125,8 @@ class Robot:
 
     def render(self) -> Any:
         """Return the light on each pixel now, (rows, columns) in grey values."""
+        mujoco.mj_kinematics(self.model, self.data)  # a step leaves places as they were before it
+        mujoco.mj_camlight(self.model, self.data)
         sigma_px = max(self.options.blur, 0.01)
         image = np.zeros((self.rows + 2 * EDGE_PX, self.columns + 2 * EDGE_PX), np.float32)
         inside = image[EDGE_PX:-EDGE_PX, EDGE_PX:-EDGE_PX]

@@ -66,7 +66,6 @@ def test_the_centroid_of_an_led_is_its_projection(world: Any, blur_px: float) ->
     half, rng = 16, np.random.default_rng(0)
     for _ in range(8):
         robot.reset([rng.uniform(0.8, 2.8), rng.uniform(1.5, 4.5), -math.pi / 2])
-        world.mujoco.mj_forward(robot.model, robot.data)
         image = robot.render()
         turn = robot.data.cam_xmat[0].reshape(3, 3)
         for x, y, z in (robot.data.geom_xpos[robot.lights] - robot.data.cam_xpos[0]) @ turn:
@@ -80,6 +79,17 @@ def test_the_centroid_of_an_led_is_its_projection(world: Any, blur_px: float) ->
             assert top + spot.sum(1) @ across / spot.sum() == pytest.approx(v, abs=0.03)
             compared += 1
     assert compared >= 8
+
+
+def test_an_image_is_of_the_step_that_joints_are_read_at(world: Any) -> None:
+    robot = world.Robot(options(world), ARENA)
+    robot.head[:] = 0.5, 0.0, 0.0
+    for _ in range(50):
+        robot.step()
+    robot.render()
+    seen = robot.data.cam_xmat.copy()
+    world.mujoco.mj_forward(robot.model, robot.data)
+    assert seen == pytest.approx(robot.data.cam_xmat, abs=1e-12)
 
 
 def slip_deg(world: Any, tyres: str) -> float:
@@ -358,7 +368,6 @@ def test_printed_tags_are_where_the_camera_sees_them(world: Any) -> None:
     detector, compared = TagDetector(arena.tags, arena.tag_family, 0, 0.0), 0
     for heading in np.arange(0.0, math.tau, 1.0):
         robot.reset([1.8, 2.5, heading])
-        world.mujoco.mj_forward(robot.model, robot.data)
         light = robot.render() + rng.normal(8.0, 1.0, (rows, columns))
         found = detector.find(light.round().clip(0, 255).astype(np.uint8), Optics(camera))
         turn = robot.data.cam_xmat[0].reshape(3, 3) * (1, -1, -1)

@@ -318,6 +318,24 @@ def test_a_model_that_did_not_fit_refutes_no_later_pose_and_is_not_forgotten_wit
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)
 
 
+def test_what_contradicts_a_coarse_pose_is_no_misfit_once_a_better_one_is_known() -> None:
+    state = started(calibrate=True)
+    state.fade(np.inf)
+    prior = state.covariance[HEIGHT:, HEIGHT:].copy()
+    state.start(START, np.diag([0.01, 0.01, 0.0025]), coarse=True)
+    contradict(state, lambda: bool(state.misfit))
+    contradict(state, lambda: state._watch._freedom > 20.0)  # half way to the next growth
+    state.restore()
+    state.start(START, np.diag([1e-4, 1e-4, 1e-6]))
+    assert not state.misfit
+    for _ in range(10):
+        seen = seen_from(state)
+        state.correct(state.predict_leds(LENS, JOINTS), ALL, seen, np.full(3, 0.1))
+    assert not state.misfit
+    state.fade(np.inf)
+    assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)
+
+
 def test_an_led_is_suspect_at_fewer_sigmas_than_the_height_of_the_camera() -> None:
     state, noise = started(calibrate=True), NoiseModel()
     sure = state.pose_covariance

@@ -264,8 +264,13 @@ class PoseFilter:
         self.covariance[:3, :3] = covariance
 
     def restore(self) -> None:
-        """Restore the state from before the last start, to start again from a better pose."""
+        """Restore the state from before the last start, to start again from a better pose.
+
+        That innovations of a coarse pose contradicted it tells nothing of the model.
+        """
         self.mean, self.covariance = self._before
+        self._memory.grow(self._growth_before / self._growth)
+        self._growth, self._watch = self._growth_before, InnovationWatch()
 
     @property
     def is_refuted(self) -> bool:
