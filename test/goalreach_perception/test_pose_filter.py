@@ -346,3 +346,12 @@ def test_an_led_is_suspect_at_fewer_sigmas_than_the_height_of_the_camera() -> No
     state.fade(1.0)
     assert 'z of LED 1 in landmarks_m first' in state.misfit
     assert state.pose_covariance[0, 0] == pytest.approx(sure[0, 0] + 0.1**2)
+
+
+def test_a_height_that_does_not_fit_makes_the_position_less_certain() -> None:
+    state, noise = started(calibrate=True), NoiseModel()
+    sure = state.pose_covariance
+    state.mean[HEIGHT] = 4.1 * noise.camera_height_error_m
+    state.fade(1.0)
+    assert 'camera_height_m first' in state.misfit
+    assert state.pose_covariance[0, 0] == pytest.approx(sure[0, 0] + 0.03**2)

@@ -168,7 +168,7 @@ def test_it_may_reacquire_from_the_second_contradicting_image_on() -> None:
     assert may_reacquire == [False, False, False, False, True, True]
 
 
-def test_a_useless_pose_is_forgotten_each_time_after_twice_as_long() -> None:
+def test_a_useless_pose_is_forgotten_each_time_after_twice_as_long_up_to_a_limit() -> None:
     monitor = PoseMonitor(PoseMonitorConfig(check_every_frames=1))
     here = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.0)
     turning = Pose2(x_m=1.01, y_m=2.01, heading_rad=2.0)
@@ -182,7 +182,8 @@ def test_a_useless_pose_is_forgotten_each_time_after_twice_as_long() -> None:
     assert forgotten(here, doubt=None) == [False]
     assert forgotten(here, turning, here) == [False, False, True]
     assert forgotten(*6 * [here]) == [*5 * [False], True]
-    assert forgotten(*12 * [here]) == [*11 * [False], True]
+    for _ in range(2):
+        assert forgotten(*12 * [here]) == [*11 * [False], True]
 
 
 @pytest.mark.parametrize('again', [False, True])

@@ -58,8 +58,8 @@ from goalreach_perception.process_model import (
 
 _GATED = 6
 """Degrees of freedom of `joint_gate`: three LEDs."""
-_SURVEY_M = 0.1
-"""Added uncertainty of a position by a survey that does not fit. Chosen."""
+_SURVEY_M, _SUSPECT_M = 0.1, 0.03
+"""Added uncertainty of a position by a survey, or another constant, that does not fit. Chosen."""
 _LARGEST_GROWTH = 1000.0
 """Largest growth of variances where the model does not fit. Chosen: 2 mm become 63 mm."""
 _LARGEST_COARSE_GROWTH = 9.0
@@ -182,15 +182,17 @@ class PoseFilter:
     def pose_covariance(self) -> FloatArray:
         """The covariance of x, y, heading, (3, 3), inflated after a coarse start.
 
-        Once the survey has not fitted, the frame `map` itself is uncertain.
+        Once the survey has not fitted, the frame `map` itself is uncertain; another constant that
+        does not fit adds less.
         """
         covariance = self.covariance[:3, :3].copy()
         if self.coarse:
             covariance *= _COARSE_INFLATION
         if self.coarse or self.doubted:
             covariance[[0, 1], [0, 1]] += _PAIR_SURVEY_M**2
-        if LEDS <= self._suspects.suspect < self._places.stop:
-            covariance[[0, 1], [0, 1]] += _SURVEY_M**2
+        if suspect := self._suspects.suspect:
+            is_place = LEDS <= suspect < self._places.stop
+            covariance[[0, 1], [0, 1]] += (_SURVEY_M if is_place else _SUSPECT_M) ** 2
         return covariance
 
     @property

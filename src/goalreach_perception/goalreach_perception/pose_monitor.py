@@ -15,6 +15,8 @@ _STAYS_M = 0.02
 """Farther by the odometry, a robot has moved. Chosen."""
 _PATIENCE_CHECKS = 3
 """Intervals of checks in which a useless pose may become better. Chosen: 3 s."""
+_LONGEST_CHECKS = 12
+"""The same where many poses were useless before. Chosen: 12 s."""
 _AGAIN = 6
 """Images that confirm a pose after a useless one: of three LEDs, so many tell of a misfit."""
 
@@ -196,7 +198,7 @@ class PoseMonitor:
 
         A clock that was wrong for a second, or a light taken for another, leaves a covariance that
         only motion makes small again, and a robot that stays where it is for it. Where a model
-        never fits, the covariance grows again: each time the robot stays twice as long.
+        never fits, the covariance grows again: each time the robot stays twice as long, to 12 s.
 
         Args:
             odometry: Pose in `odom`.
@@ -210,5 +212,6 @@ class PoseMonitor:
         self._stays += self._stays_at is not None
         if self._stays_at is None or self._stays < self._patience:
             return False
-        self._stays_at, self._patience = None, 2 * self._patience
+        longest = _LONGEST_CHECKS * self._config.check_every_frames
+        self._stays_at, self._patience = None, min(2 * self._patience, longest)
         return True
