@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.values import FloatArray, HeadAngles
-from goalreach_perception.measurement_model import FOCAL, LEDS
+from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, TILT_BIAS
 from goalreach_perception.misfit import ConstantsWatch, FixWatch, InnovationWatch
 
 
@@ -89,6 +89,19 @@ def test_a_landmark_is_suspected_before_other_constants() -> None:
     mean[LEDS] = 3.0
     watch.update(mean, covariance)
     assert watch.suspect == LEDS
+
+
+def test_constants_that_explain_an_error_together_are_suspect_together() -> None:
+    watch, mean, covariance = _watched(9)
+    states = [TILT_BIAS, HEIGHT, FOCAL]
+    covariance[states, states] = 0.1
+    mean[states] = -2.5, 3.0, 2.4
+    watch.update(mean, covariance)
+    assert watch.suspect == HEIGHT
+    watch.suspect = 0
+    mean[TILT_BIAS] = 0.0
+    watch.update(mean, covariance)
+    assert watch.suspect == 0
 
 
 def test_a_suspect_is_cleared_by_evidence_not_by_forgetting() -> None:

@@ -185,7 +185,7 @@ def compute_innovation(
     return innovation, covariance, inverse, distance2
 
 
-def equivalent_gate(gate: float, freedom: int, larger: int) -> float:
+def equivalent_gate(gate: float, freedom: int, larger: float) -> float:
     """Return the gate that is exceeded as rarely with more degrees of freedom.
 
     By the cube root of chi-square, which is nearly normal (Wilson and Hilferty, PNAS 1931).

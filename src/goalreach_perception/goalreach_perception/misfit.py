@@ -6,7 +6,6 @@ constants included, until they fit (a fading-memory filter that fades only when 
 al., "Adaptive fading Kalman filter with an application", Automatica 1994).
 """
 
-import math
 from statistics import NormalDist
 from typing import Final
 
@@ -15,6 +14,7 @@ import numpy as np
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.values import FloatArray, HeadAngles
 from goalreach_perception.measurement_model import HEADING
+from goalreach_perception.measurement_prediction import equivalent_gate
 
 _KEEP = 0.96
 """Weight of the images before, from one image to the next: 25 images count. Chosen."""
@@ -23,12 +23,12 @@ _LARGEST_PER_FREEDOM = 6.0
 """A single image counts at most this much: it may have been an outlier. Chosen."""
 _MISFIT = 1.3
 """Largest average that fits. Chosen: nominal drives average 0.5, at most 1.2 in 7 minutes."""
-_SUSPECT_SIGMAS, _SUSPECT_LED_SIGMAS, _COORDINATES = 4.0, 3.5, 9
-"""A constant, or one of the coordinates of three LEDs, so many standard deviations from what was
-given does not fit. Chosen: one of 400 drives with the presets of noise reaches the latter."""
-_CLEARED, _OBSERVED = 0.75, 0.95
-"""A suspect is cleared within this part of its limit, where images have told of it: its standard
-deviation is below this part of the given one. Chosen."""
+_SUSPECT_SIGMAS, _COORDINATES = 3.5, 9
+"""One of the coordinates of three LEDs so many standard deviations from what was given does not
+fit, nor do other constants as unlikely. Chosen: one of 400 drives with the presets of noise."""
+_CLEARED = 0.75
+"""A suspect is cleared within this part of the limit, once images have told as much of it as when
+it was found. Chosen."""
 _NORMAL: Final = NormalDist()
 _TINY = 1e-12
 _WEIGHTS = (0, 0, 1, 4)
@@ -64,9 +64,11 @@ class InnovationWatch:
 class ConstantsWatch:
     """Finds the constant whose estimate is too far from what was given, an LED above all.
 
-    The limit of the coordinates of LEDs and tags, the states `places`, grows with their number, so
-    that chance exceeds it as rarely as with three LEDs (Bonferroni's inequality: Dunn, "Multiple
-    comparisons among means", JASA 1961).
+    Coordinates of LEDs and tags, the states `places`, are looked at one by one; the limit grows
+    with their number, so that chance exceeds it as rarely as with three LEDs (Bonferroni's
+    inequality: Dunn, "Multiple comparisons among means", JASA 1961). The other constants explain
+    an error together: the sum of their squared deviations is compared with chi-square, of as many
+    degrees of freedom as images have told of them.
 
     Attributes:
         suspect: Index of the constant; 0 for none.
@@ -74,23 +76,30 @@ class ConstantsWatch:
 
     def __init__(self, given: FloatArray, sigmas: FloatArray, places: slice) -> None:
         self._given, self._sigmas, self._places = given.copy(), np.maximum(sigmas, _TINY), places
-        beyond = (1.0 - _NORMAL.cdf(_SUSPECT_LED_SIGMAS)) * _COORDINATES
-        self._limits = np.full(len(given), _SUSPECT_SIGMAS)
-        self._limits[places] = _NORMAL.inv_cdf(1.0 - beyond / (places.stop - places.start))
-        self._limits[: HEADING + 1] = math.inf
-        self.suspect = 0
+        beyond = (1.0 - _NORMAL.cdf(_SUSPECT_SIGMAS)) * _COORDINATES
+        self._limit = _NORMAL.inv_cdf(1.0 - beyond / (places.stop - places.start))
+        others = sigmas > 0.0
+        others[: HEADING + 1] = others[places] = False
+        self._others = np.flatnonzero(others)
+        self.suspect, self._told = 0, 0.0
 
     def update(self, mean: FloatArray, covariance: FloatArray) -> None:
         """Look for a suspect, or clear it once images tell that it is near what was given."""
-        excess = np.abs(mean - self._given) / self._sigmas / self._limits
-        places, suspect = excess[self._places], self.suspect
+        deviations = np.abs(mean - self._given) / self._sigmas
+        told = 1.0 - covariance.diagonal() / self._sigmas**2
+        places, others = deviations[self._places] / self._limit, deviations[self._others]
+        known = float(np.maximum(told[self._others], 0.0).sum())
+        excess = (others.dot(others) / equivalent_gate(_SUSPECT_SIGMAS**2, 1, known)) ** 0.5
+        suspect, is_place = self.suspect, self._places.start <= self.suspect < self._places.stop
         if places.max() > 1.0:
             self.suspect = self._places.start + int(places.argmax())
-        elif excess.max() > 1.0 and suspect < self._places.start:
-            self.suspect = int(excess.argmax())
-        elif excess[suspect] < _CLEARED:
-            observed = covariance[suspect, suspect] < (_OBSERVED * self._sigmas[suspect]) ** 2
-            self.suspect = 0 if observed else suspect
+            self._told = told[self.suspect]
+        elif excess > 1.0 and not is_place:
+            self.suspect, self._told = int(self._others[others.argmax()]), known
+        elif is_place and deviations[suspect] < _CLEARED * self._limit:
+            self.suspect = suspect if told[suspect] < self._told else 0
+        elif not is_place and excess < _CLEARED:
+            self.suspect = suspect if known < self._told else 0
 
 
 class FixWatch:

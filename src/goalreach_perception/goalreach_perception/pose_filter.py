@@ -73,7 +73,7 @@ is wrong by 4 in as well as a right one. Chosen: a tenth below what a state acce
 _DELAY_WALK_S = 0.0005
 """Random walk of the delay, s in the square root of a second: clocks drift. Chosen."""
 _FADING_STEP_S = 1.0
-"""Interval of the fading of constants: 1e-5 of a memory of a day. Chosen."""
+"""Interval of the fading of constants, a thousandth of their memory. Chosen."""
 
 
 class PoseFilter:
@@ -188,11 +188,11 @@ class PoseFilter:
         covariance = self.covariance[:3, :3].copy()
         if self.coarse:
             covariance *= _COARSE_INFLATION
-        if self.coarse or self.doubted:
-            covariance[[0, 1], [0, 1]] += _PAIR_SURVEY_M**2
+        added_m = _PAIR_SURVEY_M if self.coarse or self.doubted else 0.0
         if suspect := self._suspects.suspect:
             is_place = LEDS <= suspect < self._places.stop
-            covariance[[0, 1], [0, 1]] += (_SURVEY_M if is_place else _SUSPECT_M) ** 2
+            added_m = max(added_m, _SURVEY_M if is_place else _SUSPECT_M)
+        covariance[[0, 1], [0, 1]] += added_m**2
         return covariance
 
     @property
