@@ -73,7 +73,7 @@ is wrong by 4 in as well as a right one. Chosen: a tenth below what a state acce
 _DELAY_WALK_S = 0.0005
 """Random walk of the delay, s in the square root of a second: clocks drift. Chosen."""
 _FADING_STEP_S = 1.0
-"""Interval of the fading of constants, a thousandth of their memory. Chosen."""
+"""Interval of the fading of constants, small beside their memory. Chosen."""
 
 
 class PoseFilter:

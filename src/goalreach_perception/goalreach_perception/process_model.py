@@ -50,7 +50,7 @@ class FilterConfig(Configuration):
         0.002, 'Error of the place of the lens on the head, m (1 sigma; chosen)', within=(0.0, 1.0)
     )
     memory_s: float = parameter(
-        1000.0,
+        3000.0,
         'Time constant with which biases and calibration return to their prior, s (chosen: small '
         'errors that repeat from image to image then do not cause false certainty; after a minute '
         'the covariance is larger than the errors, and after a day too small beside an LED)',
