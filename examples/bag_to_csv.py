@@ -32,7 +32,9 @@ def columns(value: Any, name: str = '') -> Iterator[tuple[str, Any]]:  # noqa: A
                 yield from columns(element, f'{name}[{index}]')
 
 
-bag, topic, file = sys.argv[1:]
+if not sys.argv[3:]:
+    sys.exit(__doc__)
+bag, topic, file = sys.argv[1:4]
 rows = []
 with AnyReader([Path(bag)], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
     chosen = [one for one in reader.connections if one.topic == topic]

@@ -12,6 +12,8 @@ from matplotlib.patches import Circle, Rectangle
 
 import goalreach
 
+if not sys.argv[1:]:
+    sys.exit(__doc__)
 START = (0.4, 4.6, -90.0)
 FRAMES, HELD, PER_SECOND = 48, 12, 12
 BODY_M = 0.24

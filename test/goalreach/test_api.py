@@ -119,6 +119,10 @@ def test_figures_come_in_the_papers_order(tmp_path: Path) -> None:
             r'policy: regions.x_knots_m = .*the arena narrow has',
         ),
         (
+            lambda: goalreach.figures(goalreach.train(arena='large')),
+            r'policy: regions.x_knots_m = ',
+        ),
+        (
             lambda: goalreach.figures(goalreach.train(), formats=['gif']),
             "formats = .*: must be 'svg', 'png' or both",
         ),

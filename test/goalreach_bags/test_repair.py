@@ -20,6 +20,7 @@ import pytest
 
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
+from goalreach_bags.sqlite_file import journals_of
 from goalreach_bags.storage import BagError, storage_files
 from small_bags import texts, write_bag
 
@@ -236,3 +237,27 @@ def test_disk_that_is_full_leaves_the_damaged_bag_as_it_was(
         repair_bag(tmp_path / 'bag')
 
     assert {file.name: file.read_bytes() for file in path.parent.iterdir()} == before
+
+
+def test_what_a_killed_recorder_left_in_a_write_ahead_log_is_kept(tmp_path: Path) -> None:
+    """`ros2 bag record --storage-preset-profile resilient` writes such bags."""
+    write_bag(tmp_path / 'bag', texts(1), storage='sqlite3')
+    (file,) = storage_files(tmp_path / 'bag')
+    (tmp_path / 'copy').mkdir()
+    base = sqlite3.connect(file)
+    base.execute('PRAGMA journal_mode=WAL')
+    (data,) = base.execute('SELECT data FROM messages').fetchone()
+    rows = [(number, data) for number in range(2, 51)]
+    base.executemany('INSERT INTO messages VALUES(NULL, 1, ?, ?)', rows)
+    base.commit()
+    for each in (file, *journals_of(file)[1:]):
+        shutil.copy(each, tmp_path / 'copy')
+    base.close()
+
+    assert repair_bag(tmp_path / 'copy').messages == 50
+    with BagReader(tmp_path / 'copy') as bag:
+        assert sum(1 for _ in bag.messages()) == 50
+    (repaired,) = storage_files(tmp_path / 'copy')
+    assert not any(journal.exists() for journal in journals_of(repaired))
+    with closing(sqlite3.connect(repaired.with_name(f'{repaired.name}.damaged'))) as damaged:
+        assert damaged.execute('SELECT COUNT(*) FROM messages').fetchone() == (50,)

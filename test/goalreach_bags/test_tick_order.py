@@ -127,3 +127,12 @@ def test_several_publishers_in_any_order_lose_nothing(order: list[int]) -> None:
         numbers.append(sent[publisher])
 
     assert lost(numbers, publishers=3) == 0
+
+
+def test_a_robot_that_lacks_a_topic_is_written_all_the_same() -> None:
+    order, written = TickOrder(['/image', '/pose']), 0
+    for number in range(1, 200):
+        order.add('/image', 40 * number, b'%d' % number)
+        written += len(list(order.settled()))
+    assert not order.complete
+    assert written >= 130

@@ -171,6 +171,19 @@ def test_full_disk_closes_a_bag_that_is_whole(
         assert 10 < len(found) < 40
 
 
+class FullStream:
+    """A file on a disk that is full for a moment."""
+
+    def __init__(self, stream: Any) -> None:  # noqa: ANN401
+        self._stream = stream
+
+    def write(self, _data: memoryview) -> int:
+        raise OSError(errno.EDQUOT, os.strerror(errno.EDQUOT))
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401
+        return getattr(self._stream, name)
+
+
 def test_write_that_fails_half_way_leaves_what_repair_makes_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -202,3 +215,28 @@ def test_write_that_fails_half_way_leaves_what_repair_makes_whole(
 
     with BagReader(tmp_path / 'bag') as bag:
         assert len(list(bag.messages())) == bag.counts['/text'] == 8
+
+
+def test_a_file_that_lacks_a_chunk_is_not_called_complete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, calls = McapWriter._append, 0
+
+    def fail_once(self: McapWriter) -> None:
+        nonlocal calls
+        calls += 1
+        stream = self._stream
+        if calls == 3:
+            self._stream = FullStream(stream)  # type: ignore[assignment]
+        try:
+            append(self)
+        finally:
+            self._stream = stream
+
+    monkeypatch.setattr(McapWriter, '_append', fail_once)
+    with pytest.raises(BagStoppedError, match='the bag so far needs record --repair'):
+        write_bag(tmp_path / 'bag', texts(100, BIG))
+    repair_bag(tmp_path / 'bag')
+
+    with BagReader(tmp_path / 'bag') as bag:
+        assert 0 < len(list(bag.messages())) == bag.counts['/text'] < 100

@@ -89,3 +89,12 @@ def test_a_simulated_day_keeps_the_memory() -> None:
     assert len(poses.trail.text) < 60_000
     assert len(poses.estimate_trail.text) < 60_000
     assert len(poses.truths) <= 256
+
+
+def test_an_estimate_without_truth_has_no_error() -> None:
+    poses = PoseHistory(5.0)
+    poses.add_truth(TICK_NS, pose(1.0, 1.0))
+    for stamp_ns in (TICK_NS, 2 * TICK_NS):
+        estimate = PoseEstimate(pose=pose(1.01, 1.0), covariance=np.eye(3))
+        poses.add_estimate(stamp_ns, estimate, trusted=True)
+    assert (poses.compared, poses.error_m, poses.error_rad) == (None, None, None)

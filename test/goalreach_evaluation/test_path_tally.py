@@ -1,5 +1,7 @@
 """Statistics over many paths."""
 
+from dataclasses import replace
+
 import pytest
 
 from goalreach_evaluation.path_metrics import PathResult, PathTally
@@ -34,3 +36,9 @@ def test_two_paths() -> None:
 
 def test_no_path_has_no_mean() -> None:
     assert PathTally().mean('duration_s') == 0.0
+
+
+def test_a_path_without_truth_is_not_judged() -> None:
+    timeout = replace(path('timeout', 60.0, 0.0), pose_error_m={}, heading_error_rad={})
+    assert PathTally.of([timeout]).judged == 0
+    assert PathTally.of([timeout, path('goal', 10.0, 0.02)]).judged == 1

@@ -48,6 +48,7 @@ def test_results_stay_in_memory_without_a_file() -> None:
         ('# A document\n', 'line 1: is not a JSON object'),
         ('[1, 2]\n', 'line 1: is not a JSON object'),
         ('{"noise": "none", "robot": 0}\n{"noise": "none"}\n', 'line 2: robot is missing'),
+        ('{"noise": "none", "robot": [0]}\n', r'line 1: robot = \[0\]'),
     ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str, reason: str) -> None:

@@ -1,5 +1,7 @@
 """Starts by word, and points drawn along the walls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,3 +48,12 @@ def test_starts_by_word() -> None:
 def test_refuses_other_words(text: str) -> None:
     with pytest.raises(ConfigurationError, match='starts = '):
         choose_starts(text, ARENA, 0)
+
+
+def test_an_arena_without_starts_or_free_floor_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match='has none of its own'):
+        choose_starts('paper', replace(ARENA, starts=()), 0)
+    ends = tuple(cell for cell in ARENA.regions.cells if cell not in {ARENA.regions.goal, (1, 1)})
+    regions = replace(ARENA.regions, forbidden=ends)
+    with pytest.raises(ConfigurationError, match='no floor is free'):
+        choose_starts('border:1', replace(ARENA, regions=regions, starts=()), 0)

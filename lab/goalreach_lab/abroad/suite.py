@@ -58,7 +58,7 @@ def execute(options: Options) -> list[BenchRow]:
         settings={'seed': options.seed},
     )
     results = run_study(study, options.results, measure=not options.as_it_is)
-    if options.out is not None:
+    if options.out is not None and results:
         _write(results, known, options, options.out)
     wrong = sum(path['outcome'] in {'false-goal', 'bump'} for path in results)
     return [BenchRow.none_allowed('false goals and bumps', wrong, n=len(results))]

@@ -36,7 +36,7 @@ def _map(found: Mapping[str, Any], *, value: str, title: str) -> Figure:
     values = [cell[value] for cell in found['cells'][_NOISE_PX]]
     squares = axes.scatter(x, y, c=values, cmap='viridis', **_PLACE)
     figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label='inches')
-    add_legend(axes)
+    add_legend(axes, Arena())
     return figure
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from goalreach_evaluation.choices import choose_arena
+from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.drive import DriveFrame
 from goalreach_evaluation.evaluation import Evaluation, EvaluationRequest
 from goalreach_evaluation.evaluation import evaluate as evaluate_request
@@ -152,7 +152,7 @@ def figures(
         result: Result of `evaluate`, or a file of `goalreach evaluate --json` or
             `goalreach run --summary`; without it figure 7 is left out.
         out: Folder for the files, made if it does not exist.
-        arena: As in `train`; the arena of the result, or the paper's, if None.
+        arena: As in `train`; the arena of an `Evaluation`, else the paper's, if None.
         formats: 'svg', 'png' or both.
 
     Returns:
@@ -169,7 +169,8 @@ def figures(
         raise ConfigurationError('formats', sorted(wrong), "'svg', 'png' or both")
     if isinstance(result, Evaluation):
         arena = arena or result.request.plan.arena
-    drawn = paper_figures(choose_arena(arena or 'paper'), policy, _recorded(result))
+    room = choose_arena(arena or 'paper')
+    drawn = paper_figures(room, choose_policy(policy, room), _recorded(result))
     return [
         file
         for name, figure in drawn.items()

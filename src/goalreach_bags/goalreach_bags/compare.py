@@ -15,6 +15,7 @@ from goalreach_bags.decode import Decoder, flatten
 from goalreach_bags.reader import BagReader
 from goalreach_bags.storage import BagMessage
 from goalreach_msgs_py import topics
+from goalreach_msgs_py.errors import GoalreachError
 
 WALL_CLOCK_TOPICS: Final = ('/rosout', '/parameter_events')
 """Their messages depend on the wall clock and on processes, so two runs never have the same."""
@@ -167,10 +168,13 @@ def _describe(
     where = f'message {index} at {messages[0].time_ns * 1e-9:.3f} s'
     if left[1] == right[1]:
         return f'{where}: received at {messages[1].time_ns * 1e-9:.3f} s in the second'
-    values = [
-        Decoder([bag.topics[name]]).decode(name, message.data)
-        for bag, message in zip(bags, messages, strict=True)
-    ]
+    try:
+        values = [
+            Decoder([bag.topics[name]]).decode(name, message.data)
+            for bag, message in zip(bags, messages, strict=True)
+        ]
+    except GoalreachError as error:
+        return f'{where}: other bytes, not decoded: {error}'
     for difference in differences(*values):
         return f'{where}: {difference.field} = {difference.first} and {difference.second}'
     return f'{where}: the same values in other bytes'

@@ -55,7 +55,11 @@ class Decoder:
         if name not in self._store.fielddefs:
             self._register(topic)
         if topic.type_hash.startswith(_HASH):
-            known = self._store.hash_rihs01(name)
+            try:
+                known = self._store.hash_rihs01(name)
+            except KeyError as error:
+                problem = f'definition of {name}: {error} is missing'
+                raise GoalreachError(f'{topic.name}: {problem}') from None
             if known != topic.type_hash:
                 raise GoalreachError(
                     f'{topic.name}: {name} has another definition in the bag '

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack
+import errno
 from io import BytesIO
 from pathlib import Path
 import sys
@@ -46,6 +47,7 @@ class McapWriter:
         kind = CompressionType.ZSTD if zstd else CompressionType.NONE
         self._writer = Writer(self._tail, chunk_size=sys.maxsize, compression=kind)
         self._schemas: dict[str, int] = {}
+        self._failed = False
         self.closing_bytes = 0
         self._writer.start('ros2', LIBRARY)
         self._append()
@@ -75,7 +77,9 @@ class McapWriter:
         self._append()
 
     def finish(self, metadata: str) -> None:
-        """Write the bag's metadata and the summary."""
+        """Write the bag's metadata and the summary, unless the file lacks a chunk."""
+        if self._failed:
+            raise OSError(errno.EIO, 'an earlier chunk was not written')
         self._writer.add_metadata(BAG_METADATA, {COPY_KEY: metadata})
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._append()
@@ -93,6 +97,7 @@ class McapWriter:
             while rest:
                 rest = rest[self._stream.write(rest) :]
         except OSError:
+            self._failed = True
             self._stream.truncate(begin)
             self._stream.seek(begin)
             raise

@@ -15,13 +15,12 @@ from goalreach_bags.metadata import (
     total_span,
     write_metadata,
 )
-from goalreach_bags.sqlite_file import is_truncated_database, scan_sqlite
+from goalreach_bags.sqlite_file import is_truncated_database, journals_of, scan_sqlite
 from goalreach_bags.storage import NOT_CLOSED, SUFFIXES, BagError, StorageScan, storage_files
 from goalreach_bags.topic import merge_topics
 from goalreach_bags.writer import FLUSH_S
 
 _STORAGES: Final = {suffix: storage for storage, suffix in SUFFIXES.items()}
-_JOURNAL: Final = '-journal'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,8 +222,9 @@ def _repair(scan: BagScan, *, replace_files: bool) -> None:
     if problems := scan_bag(path).problems:
         raise BagError(path, f'is not repaired: {problems[0]}')
     for file in aside if replace_files else ():
-        file.with_name(f'{file.name}.damaged').unlink()
-        file.with_name(f'{file.name}.damaged{_JOURNAL}').unlink(missing_ok=True)
+        kept = file.with_name(f'{file.name}.damaged')
+        for each in (kept, *journals_of(kept)):
+            each.unlink(missing_ok=True)
 
 
 def _write_repaired(scans: Sequence[StorageScan], metadata: str) -> None:
@@ -251,8 +251,8 @@ def _require_free_names(path: Path, files: list[Path]) -> None:
 
 
 def _move(file: Path, target: Path) -> None:
-    """Rename a file, with its SQLite journal if there is one."""
-    journal = file.with_name(f'{file.name}{_JOURNAL}')
-    if journal.exists():
-        journal.rename(target.with_name(f'{target.name}{_JOURNAL}'))
+    """Rename a file, with its SQLite journals if there are some."""
+    for journal, renamed in zip(journals_of(file), journals_of(target), strict=True):
+        if journal.exists():
+            journal.rename(renamed)
     file.rename(target)

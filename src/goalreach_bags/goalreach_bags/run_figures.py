@@ -155,7 +155,7 @@ def _path(series: RunSeries) -> Figure:
         axes.plot(x, y, style, color=colour, linewidth=1.3, zorder=5)
         lines.append(Line2D([], [], color=colour, linestyle=style, label=label))
     axes.plot(*series.truth[0, :2] / INCH_M, 'o', color=BLUE, zorder=6)
-    drawing.add_legend(axes, *lines)
+    drawing.add_legend(axes, series.arena, *lines)
     return figure
 
 

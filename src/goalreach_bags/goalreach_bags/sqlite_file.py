@@ -185,9 +185,10 @@ class SqliteScan(StorageScan):
 
         Offers that are damaged are removed: other readers refuse the whole file for them.
         """
+        opened = closing(sqlite3.connect(target))
+        with _as_os_error(), opened as base, _recovered(self.path) as source:
+            source.backup(base)
         with _as_os_error(), closing(sqlite3.connect(target)) as base, base:
-            with _recovered(self.path) as source:
-                source.backup(base)
             base.execute('PRAGMA journal_mode=DELETE')
             base.execute('REINDEX')
             if _columns(base, 'metadata'):
@@ -215,17 +216,22 @@ def scan_sqlite(path: Path) -> SqliteScan:
         raise BagError(path, f'is damaged: {type(error).__name__}, {error}') from None
 
 
+def journals_of(path: Path) -> list[Path]:
+    """Return the files beside an SQLite file in which a killed process may have left messages."""
+    return [path.with_name(f'{path.name}{ending}') for ending in ('-journal', '-wal', '-shm')]
+
+
 @contextmanager
 def _recovered(path: Path) -> Iterator[sqlite3.Connection]:
     """Open a file; one with the journal of a killed process is recovered on a copy."""
-    journal = path.with_name(f'{path.name}-journal')
+    journals = [file for file in journals_of(path) if file.exists() and file.stat().st_size]
     with ExitStack() as stack:
         source, mode = path, 'mode=ro'
-        if journal.exists() and journal.stat().st_size:
+        if journals:
             folder = stack.enter_context(TemporaryDirectory(dir=path.parent, prefix='.repair-'))
             source, mode = Path(folder) / path.name, 'mode=rw'
-            shutil.copyfile(path, source)
-            shutil.copyfile(journal, source.with_name(journal.name))
+            for file in (path, *journals):
+                shutil.copyfile(file, source.with_name(file.name))
         yield stack.enter_context(closing(_connect(source, mode)))
 
 
@@ -256,7 +262,7 @@ def _last(base: sqlite3.Connection, table: str, column: str) -> str:
 
 
 def _problems(path: Path, base: sqlite3.Connection, *, closed: bool) -> Iterator[str]:
-    journal = path.with_name(f'{path.name}-journal').exists()
+    journal = any(file.exists() for file in journals_of(path))
     if journal or (not closed and _columns(base, 'metadata')):
         yield NOT_CLOSED
     if base.execute('PRAGMA integrity_check(1)').fetchone()[0] != 'ok':

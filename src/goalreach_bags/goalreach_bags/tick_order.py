@@ -15,6 +15,8 @@ from goalreach_bags.storage import BagMessage
 _HELD_TICKS: Final = 2
 """Ticks held back for late messages. All that belongs to a tick has been published when the next
 one is answered; the second is for messages that overtake others on their way."""
+_LONGEST_TICKS: Final = 64
+"""Ticks held back where a robot lacks one of their topics. Chosen: some seconds."""
 
 _BEFORE_FIRST_NS: Final = -1
 
@@ -59,9 +61,9 @@ class TickOrder:
 
     def settled(self) -> Iterator[BagMessage]:
         """Yield, in order, the messages before which no other can come any more."""
-        ticks = sorted(self._missing)
-        if not self.complete or len(ticks) <= _HELD_TICKS:
+        if len(self._missing) <= (_HELD_TICKS if self.complete else _LONGEST_TICKS):
             return
+        ticks = sorted(self._missing)
         self._missing = {stamp: self._missing[stamp] for stamp in ticks[-_HELD_TICKS:]}
         yield from self._take(ticks[-_HELD_TICKS])
 

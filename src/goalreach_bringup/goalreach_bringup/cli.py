@@ -138,6 +138,8 @@ def _explain(error: BaseException) -> tuple[str, int | None]:
 
     if isinstance(error, GoalreachError):
         return str(error), error.status
+    if type(error).__name__ == 'RCLInvalidROSArgsError':
+        return str(error).splitlines()[0].partition(', at /')[0], 2
     if type(error).__name__ == 'RCLError' and str(error).startswith(_UNSTARTED):
         return str(error).splitlines()[0], 2
     if isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError):

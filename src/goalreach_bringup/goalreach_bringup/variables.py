@@ -69,7 +69,7 @@ def _profile(value: str, _: Mapping[str, str]) -> str:
     from xml.etree import ElementTree as ET
 
     root = ''
-    with contextlib.suppress(OSError, ET.ParseError, ValueError):
+    with contextlib.suppress(OSError, ET.ParseError, ValueError, LookupError):
         if isfile(value):  # a pipe would be waited for
             root = ET.parse(value).getroot().tag  # noqa: S314 - Fast DDS reads it anyway
     good = root.rpartition('}')[2] in ('dds', 'profiles')

@@ -102,7 +102,7 @@ class PoseHistory:
         """Add the estimate of a stamp; one that is trusted belongs on the trail."""
         self.estimate, self.estimate_ns = estimate, stamp_ns
         pose, truth = estimate.pose, self.truths.get(stamp_ns)
-        self.compared = truth
+        self.compared, self.error_m, self.error_rad = truth, None, None
         if truth is not None:
             self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
             self.error_rad = angle_difference(pose.heading_rad, truth.heading_rad)

@@ -2,7 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 import math
 from typing import Any, Final
 
@@ -14,7 +14,6 @@ from goalreach_learning.policy import Policy
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.diagnostic_messages import Status
-from goalreach_msgs_py.regions import ACTION_COUNTS
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import (
     Confidence,
@@ -164,7 +163,7 @@ class PageState:
         self._event_number += 1
         self.events[self._event_number] = event
         if len(self.events) > _MAX_EVENTS:
-            del self.events[sorted(self.events)[1]]
+            del self.events[next(n for n, e in self.events.items() if e['event'] == 'path')]
 
     def restart(self) -> None:
         """Discard poses and rates, which have a gap after a time without viewers."""
@@ -200,15 +199,9 @@ class PageState:
         self.poses.truth = pose
 
     def set_q_table(self, q: FloatArray) -> None:
-        """Set the Q-values, which wait for an arena that they fit.
-
-        An action whose value is not exactly zero counts as tried.
-        """
+        """Set the Q-values, which wait for an arena that they fit."""
         if self._q is None or not np.array_equal(self._q, q):
-            self._q, tried = q, (q != 0).astype(np.int64)
-            fits = q.shape[:2] == self.arena.regions.shape and q.shape[2] in ACTION_COUNTS
-            regions = replace(self.arena.regions, actions=q.shape[2]) if fits else None
-            self.policy = Policy(q=q, visits=tried, regions=regions) if regions else None
+            self._q, self.policy = q, Policy.of_table(q, self.arena.regions)
 
     @property
     def mode(self) -> str:

@@ -156,6 +156,7 @@ class PathTally:
         paths: Number of paths.
         goals: Number that reached the goal, judged by the true position.
         declared: Number that are in the goal by the estimate, without a truth to judge it by.
+        judged: Number whose pose could be compared with the true one.
         total: Sum of 'duration_s', 'length_m', 'turning_rad', and of the 95th percentiles of a
             path's 'pose_error_m' and 'heading_error_rad'.
         worst: Maximum of each.
@@ -164,6 +165,7 @@ class PathTally:
     paths: int = 0
     goals: int = 0
     declared: int = 0
+    judged: int = 0
     total: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
     worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(_MEASURES, 0.0))
 
@@ -180,6 +182,7 @@ class PathTally:
         self.paths += 1
         self.goals += result.outcome == 'goal'
         self.declared += result.outcome == 'declared'
+        self.judged += bool(result.pose_error_m)
         for name in _MEASURES:
             measure = getattr(result, name)
             value = measure.get('p95', 0.0) if isinstance(measure, dict) else measure

@@ -72,7 +72,7 @@ class ResultsFile:
                 raise FileFormatError(path, f'line {number}: is not a JSON object')
             try:
                 values = json.loads(line)
-            except ValueError:  # a killed process left the line incomplete
+            except (ValueError, RecursionError):  # a killed process left the line incomplete
                 continue
             self._accept(path, number, values)
 
@@ -81,6 +81,8 @@ class ResultsFile:
         for name in self._key:
             if name not in values:
                 raise FileFormatError(path, f'line {number}: {name} is missing')
+            if isinstance(values[name], list | dict):
+                raise FileFormatError(path, f'line {number}: {name} = {values[name]!r}')
         self._results[self._identity(values)] = values
 
     def _append(self, path: Path, line: Mapping[str, Any]) -> None:

@@ -1,6 +1,6 @@
 """Starting poses of the paths, and the seeds of a run."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import Final
@@ -15,6 +15,8 @@ BORDER_CLEARANCE_M: Final = 0.1
 """Distance between body and wall at a start at the borders, as at the 22 starts. Chosen."""
 _CLEARANCE_M: Final = 0.05
 _MAX_STARTS: Final = 1_000_000
+_MOST_DRAWS: Final = 10_000
+"""Draws per start after which there seems to be no floor for it. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +47,8 @@ def choose_starts(starts: Sequence[Pose2] | str, arena: Arena, seed: int) -> tup
             raise ConfigurationError('starts', starts, 'at least one pose')
         return replace(arena, starts=tuple(starts)).starts
     if starts == 'paper':
+        if not arena.starts:
+            raise ConfigurationError('starts', starts, 'random:N: the arena has none of its own')
         return arena.starts
     kind, _, number = starts.partition(':')
     count = int(number) if number.isdecimal() else 0
@@ -64,7 +68,7 @@ def random_starts(
     """
     inset_m = BODY_RADIUS_M + clearance_m
     starts: list[Pose2] = []
-    while len(starts) < count:
+    for _ in _draws(starts, count):
         x_m = rng.uniform(inset_m, arena.width_m - inset_m)
         y_m = rng.uniform(inset_m, arena.length_m - inset_m)
         heading_rad = rng.uniform(-math.pi, math.pi)
@@ -72,6 +76,15 @@ def random_starts(
         if free and arena.regions.region_at(x_m, y_m) not in arena.regions.ends:
             starts.append(Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
     return tuple(starts)
+
+
+def _draws(starts: list[Pose2], count: int) -> Iterator[None]:
+    """Let starts be drawn until there are so many of them."""
+    for _ in range(_MOST_DRAWS * count):
+        if len(starts) == count:
+            return
+        yield
+    raise ConfigurationError('starts', count, 'none: no floor is free outside goal and forbidden')
 
 
 def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[Pose2, ...]:
@@ -83,7 +96,7 @@ def border_starts(arena: Arena, count: int, rng: np.random.Generator) -> tuple[P
     inset_m = BODY_RADIUS_M + BORDER_CLEARANCE_M
     width_m, length_m = arena.width_m - 2.0 * inset_m, arena.length_m - 2.0 * inset_m
     starts: list[Pose2] = []
-    while len(starts) < count:
+    for _ in _draws(starts, count):
         along_m = rng.uniform(0.0, 2.0 * (width_m + length_m))
         heading_rad = rng.uniform(-math.pi, math.pi)
         x_m, y_m = (inset_m + offset for offset in _on_rectangle(along_m, width_m, length_m))

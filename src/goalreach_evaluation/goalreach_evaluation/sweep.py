@@ -113,7 +113,7 @@ class CurveCase(Case):
     def key(self) -> dict[str, Any]:
         """The fields that identify this case in a file of results."""
         key = {'learner': self.learner, 'arena': self.arena_name, 'noise': self.noise_name}
-        return {**key, 'limit': self.limit, 'seed': self.seed}
+        return {**key, 'limit': self.limit, 'after': self.after, 'seed': self.seed}
 
 
 def learn_case(case: CurveCase) -> dict[str, Any]:
@@ -230,12 +230,16 @@ def run_cases(
             return
         with open_executor() as executor:
             waiting = {executor.submit(measure, cases[index]): index for index in left}
-            for future in as_completed(waiting):
-                try:
-                    result = future.result()
-                except lost_work():
-                    continue
-                left.remove(waiting[future])
-                yield cases[waiting[future]], result
+            try:
+                for future in as_completed(waiting):
+                    try:
+                        result = future.result()
+                    except lost_work():
+                        continue
+                    left.remove(waiting[future])
+                    yield cases[waiting[future]], result
+            finally:
+                for future in waiting:
+                    future.cancel()
     if left:
         raise GoalreachError(f'workers keep dying: {len(left)} of {len(cases)} cases are not done')

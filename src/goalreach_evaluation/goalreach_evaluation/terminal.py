@@ -53,7 +53,7 @@ def show_paths_table(
         ('position error p95', 'pose_error_m', 1 / INCH_M, 2, 'in'),
         ('heading error p95', 'heading_error_rad', degrees, 2, 'deg'),
     )
-    for label, name, factor, digits, unit in rows[: 3 if tally.declared else None]:
+    for label, name, factor, digits, unit in rows[: None if tally.judged else 3]:
         mean, worst = tally.mean(name) * factor, tally.worst[name] * factor
         table.add_row(label, f'{mean:.{digits}f} {unit}', f'{worst:.{digits}f} {unit}')
     console = Console(highlight=False, soft_wrap=True)

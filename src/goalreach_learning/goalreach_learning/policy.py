@@ -1,7 +1,7 @@
 """The action set, and learned policies: Q-values, visits, the greedy action of each region."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 import itertools
 import math
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import ACTION_COUNTS, RegionMap
 from goalreach_msgs_py.values import FloatArray, Region
 
 _DECIMALS = 9
@@ -107,6 +107,17 @@ class Policy:
         """Return a policy without any learning: all Q-values and visits zero."""
         shape = (*regions.shape, regions.actions)
         return cls(q=np.zeros(shape), visits=np.zeros(shape, dtype=np.int64), regions=regions)
+
+    @classmethod
+    def of_table(cls, q: FloatArray, regions: RegionMap) -> 'Policy | None':
+        """Return the policy of Q-values alone, of any number of actions; None if they do not fit.
+
+        An action whose value is not exactly zero counts as tried.
+        """
+        if q.shape[:2] != regions.shape or q.shape[2] not in ACTION_COUNTS:
+            return None
+        regions = replace(regions, actions=q.shape[2])
+        return cls(q=q, visits=(q != 0).astype(np.int64), regions=regions)
 
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:

@@ -32,7 +32,18 @@ def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     leds = ['0.5 0 1.4', '1.5, 0.3, 1.8', '2.5 0 1.6']
-    lines = ['three', '3', '4', *leds, '1 2', '7 0.2 1 0 1.3 90', '', 'RIGHT-SIDE/NEAR']
+    lines = [
+        'three',
+        '3',
+        '4',
+        *leds,
+        '1 2',
+        'inf 0.2 1 0 1 0',
+        '1.7 0.2 1 0 1 0',
+        '7 0.2 1 0 1.3 90',
+        '',
+        'RIGHT-SIDE/NEAR',
+    ]
     assert answer(monkeypatch, tmp_path / 'room.yaml', *lines) == 0
     arena = read_arena(tmp_path / 'room.yaml')
     assert arena.landmarks_m == ((0.5, 0.0, 1.4), (1.5, 0.3, 1.8), (2.5, 0.0, 1.6))
@@ -40,7 +51,8 @@ def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
     assert arena.regions.goal == (2, 0)
     told = capsys.readouterr().out
     assert 'not understood: three' in told
-    assert 'not understood: 1 2' in told
+    for row in ('1 2', 'inf 0.2 1 0 1 0', '1.7 0.2 1 0 1 0'):
+        assert f'not understood: {row}' in told
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,10 @@ def test_the_policy_of_the_project_is_made_by_the_command(tmp_path: Path) -> Non
     [
         (['--trials', '0'], 'trials = 0: must be a whole number in [1, 100000]'),
         (['--seed', '-1'], '--seed = -1: must be a whole number >= 0'),
-        (['--out', 'nowhere/p.json'], 'nowhere/p.json: cannot be written: No such file'),
+        (
+            ['--out', 'nowhere/p.json'],
+            'nowhere/p.json: cannot be written: nowhere is no directory',
+        ),
     ],
 )
 def test_a_mistake_is_one_line(

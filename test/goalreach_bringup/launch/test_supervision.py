@@ -9,10 +9,12 @@ import subprocess
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 import pytest
+import rclpy
 from rclpy.qos import QoSProfile
 
 from goalreach_bringup.launch.path_evaluator import Progress
 from goalreach_bringup.launch.plan import resume_parameters
+from goalreach_bringup.launch.ros import supervisor
 from goalreach_lab.rigs.processes import find_descendant
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_from_msg
 from goalreach_msgs_py.topics import NODES
@@ -93,3 +95,25 @@ def test_before_the_first_tick_everything_starts_as_planned() -> None:
     assert resume_parameters(progress, lockstep=True) == {
         'goal_reaching_controller': {'first_path': 0, 'resume': False}
     }
+
+
+class _Answering:
+    """The parameters of a node that answers every request at once."""
+
+    def services_are_ready(self) -> bool:
+        return True
+
+    def get_parameters(self, _: list[str]) -> 'rclpy.Future[object]':
+        future: rclpy.Future[object] = rclpy.Future()
+        future.set_result(None)
+        return future
+
+
+def test_no_node_is_blamed_for_the_time_in_which_nobody_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(supervisor, 'AsyncParameterClient', lambda *_: _Answering())
+    probe = supervisor.LivenessProbe(None, 'nomad200')
+    assert not any(probe.silent(0.05 * tick) for tick in range(100))
+    assert not probe.silent(60.0)  # Ctrl-Z, then fg
+    assert not any(probe.silent(60.0 + 0.05 * tick) for tick in range(100))

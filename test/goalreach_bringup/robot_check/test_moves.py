@@ -5,14 +5,23 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
 import pytest
 
-from goalreach_bringup.robot_check.moves import SquareDrive, plan_square
+from goalreach_bringup.robot_check.moves import (
+    TURN_RAD,
+    Measurement,
+    SquareDrive,
+    judge_motion,
+    plan_square,
+)
+from goalreach_bringup.robot_check.verdicts import OK
 from goalreach_learning.controller_config import ControllerConfig
+from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.obstacles import Obstacle
-from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.values import HeadAngles, Pose2
 
 RADIUS_M = 0.225
 DT_S = 0.04
@@ -65,3 +74,16 @@ def test_a_square_that_fits_nowhere_is_refused() -> None:
     )
     with pytest.raises(ConfigurationError, match='none fits at'):
         plan_square(full, start, 1.0, RADIUS_M)
+
+
+def test_a_joint_that_reports_angles_around_half_a_turn_has_its_sign() -> None:
+    before, after = (
+        Measurement(
+            pose=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0),
+            head=HeadAngles(turret_rad=turret, pan_rad=0.0, tilt_rad=0.0),
+            rays=np.empty((0, 2)),
+        )
+        for turret in (3.1, wrap_angle(3.1 + TURN_RAD))
+    )
+    first, *_ = judge_motion('turret_joint', before, after)
+    assert first.level == OK

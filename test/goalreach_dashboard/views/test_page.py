@@ -26,7 +26,7 @@ from goalreach_learning.behaviors import Opinion, Proposal
 from goalreach_learning.ros.opinions import opinions_to_raw
 from goalreach_msgs_py.arena import LENGTH_M, WIDTH_M, Arena
 from goalreach_msgs_py.cdr import MessageError
-from goalreach_msgs_py.diagnostic_messages import statuses_from_raw
+from goalreach_msgs_py.diagnostic_messages import Status, statuses_from_raw
 from goalreach_msgs_py.errors import CommandError
 from goalreach_msgs_py.regions import RegionMap, memberships
 from goalreach_msgs_py.topics import (
@@ -131,7 +131,7 @@ def test_leds_are_given_where_they_were_seen() -> None:
     view = page_view(full_state(), 10.1)
     assert view['picture']['leds'] == [(320.0, 240.0), None, (320.0, 240.0)]
     assert view['seen'] == [0, 2]
-    assert view['bumpers'] == [0]
+    assert view['bumpers'] == [(0, 20)]
 
 
 def test_memberships_share_one_between_two_regions() -> None:
@@ -260,11 +260,13 @@ def test_a_new_run_discards_the_one_before() -> None:
 def test_of_a_run_without_end_the_last_paths_are_kept() -> None:
     state = PageState(arena=Arena())
     state.add_event({'event': 'begin'})
+    state.add_event({'event': 'record', 'on': True})
     for number in range(1100):
         state.add_event({'event': 'path', 'number': number})
     assert len(state.events) == 1000
-    first, second, *_, last = state.events.values()
-    assert (first['event'], second['number'], last['number']) == ('begin', 101, 1099)
+    first, recording, second, *_, last = state.events.values()
+    assert (first['event'], recording['event']) == ('begin', 'record')
+    assert (second['number'], last['number']) == (102, 1099)
 
 
 @pytest.mark.parametrize(
@@ -352,3 +354,10 @@ def test_who_proposes_what_and_who_is_heard() -> None:
         ('goal', -90.0, 'weight 1', False),
     ]
     assert view['obstacles'] == [(1.0, 2.0, 0.4, 0.3, 90.0, False)]
+
+
+def test_what_another_node_proposes_cannot_end_the_page() -> None:
+    state = full_state()
+    values = {'weight': 'high', 'heading_rad': 'nan', 'limit_m_per_s': 'inf'}
+    state.behaviors = [Status(name='<b>', message='', hardware_id='', values=values)]
+    assert page_view(state, 1.0)['behaviors'] == [('&lt;b&gt;', None, 'nothing', False)]

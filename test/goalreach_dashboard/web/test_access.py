@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import MutableMapping
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -123,3 +124,9 @@ def test_the_policy_allows_no_inline_code_and_no_eval() -> None:
     policy = request(LOCAL, OURS).headers['content-security-policy']
     assert 'unsafe' not in policy
     assert "script-src 'self';" in policy
+
+
+def test_the_port_that_browsers_leave_out() -> None:
+    policy = replace(LOCAL, port=80)
+    assert request(policy, {'host': 'localhost'}).status == 200
+    assert request(LOCAL, {'host': 'localhost'}).status == 421

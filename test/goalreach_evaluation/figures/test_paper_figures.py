@@ -18,6 +18,7 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.regions import RegionMap
 
 ARENA = Arena()
 
@@ -100,3 +101,22 @@ def test_refuses_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / 'file').write_text('')
     with pytest.raises(FileFormatError, match='cannot be made'):
         write_figure(state_space(ARENA), tmp_path / 'file', 'a')
+
+
+@pytest.mark.parametrize('side', [1, 2, 4])
+def test_figures_of_other_numbers_of_regions(side: int) -> None:
+    steps = np.arange(1, side)
+    knots = [
+        (0.0, *np.stack([steps - 0.1, steps + 0.1], axis=1).reshape(-1).tolist(), float(side))
+        for _ in 'xy'
+    ]
+    regions = RegionMap(x_knots_m=knots[0], y_knots_m=knots[1], goal=(0, 0))
+    arena = Arena(
+        width_m=float(side),
+        length_m=float(side),
+        landmarks_m=tuple((0.1 * side * k, 0.0, 1.4) for k in (2, 5, 8)),
+        regions=regions,
+        starts=(),
+    )
+    assert len(transition_areas(arena).axes[0].patches) >= 2 * (side - 1)
+    assert state_space(arena).axes[0].get_title() == f'State space: {side**2} regions'

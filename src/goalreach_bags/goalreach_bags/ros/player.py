@@ -235,8 +235,9 @@ class Player(Node):
             self._wait_for(time_ns)
             if self._ends:
                 break
-            watch(time_ns - at_ns)
-            at_ns = time_ns
+            whole_ns = (time_ns - at_ns) // _MS * _MS
+            watch(whole_ns)
+            at_ns += whole_ns
             self._publish(together)
 
     def _publish(self, messages: Iterable[BagMessage]) -> None:

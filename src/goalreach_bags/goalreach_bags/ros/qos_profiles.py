@@ -1,6 +1,7 @@
 """Quality of service of recorded and replayed topics: from the graph, to the bag and back."""
 
 from collections.abc import Mapping, Sequence
+import contextlib
 from pathlib import Path
 from typing import Any, Final
 
@@ -78,7 +79,8 @@ def publisher_profile(offers: Sequence[Offer]) -> QoSProfile:
     )
     deadlines = [offer['deadline'] for offer in offers]
     if deadlines and all(one == deadlines[0] != _INFINITE for one in deadlines):
-        profile.deadline = _duration(deadlines[0])
+        with contextlib.suppress(OverflowError):  # as good as infinite
+            profile.deadline = _duration(deadlines[0])
     return profile
 
 
@@ -123,11 +125,11 @@ def _policy(path: Path, field: str, key: object, value: Any) -> object:
             return _POLICIES[str(key)].get_from_short_key(value)
         if key in DURATIONS and min(value['sec'], value['nsec']) >= 0:
             return _duration(value)
-        if key == 'depth' and type(value) is int and value >= 0:
+        if key == 'depth' and type(value) is int and 0 <= value < 2**31:
             return value
         if key == 'avoid_ros_namespace_conventions' and isinstance(value, bool):
             return value
-    except (AttributeError, KeyError, TypeError, OverflowError):
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
         pass
     known = ('depth', *_POLICIES, *DURATIONS, 'avoid_ros_namespace_conventions')
     problem = 'is not valid' if key in known else f'is not known: {", ".join(known)} are'

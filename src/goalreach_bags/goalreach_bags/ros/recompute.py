@@ -108,7 +108,7 @@ class SensorFeeder(Node):
 
 
 def recompute(
-    path: Path, *, tolerance: float, params_file: Path | None = None
+    path: Path, *, tolerance: float, params_file: Path | None = None, quiet: bool = False
 ) -> list[TopicResult]:
     """Feed the recorded sensors to live perception and compare its outputs with the recorded ones.
 
@@ -131,7 +131,7 @@ def recompute(
         results = {name: TopicResult(topic=name) for name in outputs}
         with (
             _perception(bag, params_file) as feeder,
-            progress_bar('recompute', total=len(recorded[topics.POSE])) as advance,
+            progress_bar('recompute', total=len(recorded[topics.POSE]), quiet=quiet) as advance,
         ):
             for stamp_ns, measured in _sensor_sets(bag, recorded[topics.POSE]):
                 answers = feeder.process(stamp_ns, measured)
@@ -178,7 +178,7 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeed
         parameters_path = _write_parameters(bag, params_file, Path(directory))
         arguments = ['--ros-args', '--params-file', str(parameters_path)]
         arguments += ['--log-level', 'error']
-        for name in (*topics.SENSORS, topics.COMPRESSED_IMAGE, *OUTPUTS, '/diagnostics'):
+        for name in (*topics.SENSORS, topics.COMPRESSED_IMAGE, *OUTPUTS, topics.DIAGNOSTICS):
             arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
         with ros_session(arguments) as closing:
             executor = EventsExecutor()

@@ -41,6 +41,8 @@ _DISCOVER_S: Final = 0.1
 _DECIDE_S: Final = 1.0
 """Time after the first message during which messages are held back until the graph turns out to
 have a clock or not."""
+_CLOCK_S: Final = 10.0
+"""The same where a clock is expected: the simulator of a run may start late."""
 
 _QUIET_S: Final = 0.3
 _DRAIN_S: Final = 3.0
@@ -93,10 +95,13 @@ class Recorder(Node):
         self._runs = [_Run(f'/{robot}' if robot else '') for robot in robots]
         for run in self._runs:
             if options.with_run != 'realtime':
-                run.order = TickOrder(run.names(TICK_TOPICS))
+                ticks = [name for name in run.names(TICK_TOPICS) if self._inputs.records(name)]
+                run.order = TickOrder(ticks)
             self._inputs.expect({run.prefix + name: kind for name, kind in OUTPUT_TYPES.items()})
         self._in_order = any(run.order for run in self._runs)
-        self._sim_time = bool(self._runs) or options.use_sim_time
+        asked = bool(self._runs) or options.use_sim_time
+        self._sim_time = True if self._in_order else None if asked else options.use_sim_time
+        self._patience_s = _CLOCK_S if asked else _DECIDE_S
         self._held: list[ReceivedMessage] = []
         self._draining = False
         self.stopped = ''
@@ -143,12 +148,14 @@ class Recorder(Node):
     def _register(self) -> None:
         """Register with the simulator of each run, once every topic is connected."""
         for run in self._runs:
+            if run.order is not None and not run.order.required:
+                continue  # no tick is ever received whole
             wanted = [name for name in run.names(RUN_TOPICS) if self._inputs.records(name)]
             if run.acknowledger is None and self._inputs.all_connected(wanted):
                 run.acknowledger = Acknowledger(self, window_ticks=1, namespace=run.prefix)
 
     def _decide_clock(self, now_s: float) -> None:
-        if self._sim_time is None and self._held and now_s - self._began_s >= _DECIDE_S:
+        if self._sim_time is None and self._held and now_s - self._began_s >= self._patience_s:
             self._sim_time = self._options.clock_topic in self._inputs.by_name
             if not self._sim_time:
                 self._release()
@@ -184,9 +191,9 @@ class Recorder(Node):
             return
         stamp_ns = stamp_of(data) if source.stamped else None
         order.add(source.name, stamp_ns, erase_padding(source.type_name, data))
+        for settled in order.settled():
+            self._write(settled.topic, settled.time_ns, settled.data)
         if order.complete and order.stamp_ns is not None:
-            for settled in order.settled():
-                self._write(settled.topic, settled.time_ns, settled.data)
             repeated = source.name == run.prefix + GROUND_TRUTH  # by the simulator
             due = order.stamp_ns != run.acknowledged_ns or repeated
             if run.acknowledger and due and not self._draining:  # then the run stands still

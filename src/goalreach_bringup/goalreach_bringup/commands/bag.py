@@ -64,7 +64,8 @@ def _plot(options: PlotOptions) -> int:
 
     with BagReader(options.bag) as bag:
         series = read_run_series(bag)
-    folder = options.out or options.bag.with_name(f'{options.bag.name}-figures')
+    bag_path = options.bag.resolve()
+    folder = options.out or bag_path.with_name(f'{bag_path.name}-figures')
     for name, figure in run_figures(series).items():
         for path in write_figure(figure, folder, name):
             print(path)
@@ -77,11 +78,14 @@ def _compare(options: CompareOptions) -> int:
     from goalreach_bags.options import TopicSelection
     from goalreach_bags.reader import BagReader
     from goalreach_bags.report import show_comparison
+    from goalreach_bags.storage import BagError
 
     exclude = options.exclude or tuple(f'^{name}$' for name in WALL_CLOCK_TOPICS)
     selection = TopicSelection(names=options.topics, exclude=exclude)
     times = not options.ignore_times
     with BagReader(options.bag) as first, BagReader(options.other) as second:
+        if missing := selection.full_names - first.topics.keys() - second.topics.keys():
+            raise BagError(options.bag, f'has no topic {min(missing)}, nor has {options.other}')
         comparisons = compare_bags(first, second, selection.includes, times=times)
     show_comparison(comparisons)
     return 0 if all(comparison.same for comparison in comparisons) else 1

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from goalreach_msgs_py.arena_file import read_arena
 from goalreach_msgs_py.errors import CommandError, FileFormatError, GoalreachError
-from goalreach_msgs_py.files import write_text_atomically
+from goalreach_msgs_py.files import require_writable, write_text_atomically
 from goalreach_msgs_py.options import CommandOptions, option
 
 SUMMARY = 'Ask for width, length, landmarks and goal of a room, and write an arena with a drawing'
@@ -31,6 +31,7 @@ def execute(options: Options) -> int:
 
     if options.out.exists():
         raise FileFormatError(options.out, 'exists already')
+    require_writable(options.out)
     write_text_atomically(options.out, _ask_arena(options.out.stem))
     try:
         arena = read_arena(options.out)
@@ -79,7 +80,9 @@ def _numbers(text: str) -> list[float]:
     row = [float(word) for word in text.replace(',', ' ').split()]
     if len(row) not in {_LED.count('{}'), _TAG.count('{}')}:
         raise ValueError(text)
-    return [int(row[0]), *row[1:]] if len(row) == _TAG.count('{}') else row
+    if len(row) == _TAG.count('{}'):
+        row[0] = int(text.replace(',', ' ').split()[0])
+    return row
 
 
 def _ask(question: str, default: AnswerT, parse: Callable[[str], AnswerT]) -> AnswerT:

@@ -15,6 +15,11 @@ def execute(options: Options) -> int:
     from goalreach_bags.report import show_recomputation
     from goalreach_bags.ros.recompute import recompute
 
-    results = recompute(options.bag, tolerance=options.tolerance, params_file=options.params_file)
+    results = recompute(
+        options.bag,
+        tolerance=options.tolerance,
+        params_file=options.params_file,
+        quiet=options.quiet,
+    )
     show_recomputation(results, tolerance=options.tolerance)
     return 0 if all(result.same for result in results) else 1

@@ -15,6 +15,7 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import write_policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_learning.training import TrainingResult, train
+from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import SeededOptions, option
 
 SUMMARY = "Learn a policy by the paper's procedure, in one process, and write it to a file"
@@ -41,6 +42,8 @@ def execute(options: Options) -> int:
     from goalreach_evaluation.summary_file import write_summary
     from goalreach_evaluation.terminal import progress_bar
 
+    for file in filter(None, (options.out, options.json)):
+        require_writable(file)
     arena = choose_arena(options.arena)
     config = LearningConfig(trials=options.trials)
     rng = np.random.default_rng(options.seed)

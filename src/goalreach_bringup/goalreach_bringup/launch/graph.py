@@ -89,7 +89,7 @@ class Graph:
     _restart_at_s: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        self.processes = _COMPOSED if self.composed else self.nodes
+        self.processes = _COMPOSED if self.composed and self.nodes else self.nodes
         self._backoffs = {name: Backoff() for name in self.processes}
         self.parameters_path = self.directory / 'parameters.yaml'
         write_parameters(self.parameters_path, self.parameters, self.namespace)

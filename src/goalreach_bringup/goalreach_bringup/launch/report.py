@@ -200,6 +200,7 @@ class RunRequests:
             start_poses=() if named else (parse_start(starts),),
             paths=paths,
             learn=False,
+            learner=None,
             record=None,
             summary=None,
         )

@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 import select
 import sys
+import termios
 import time
 from typing import TYPE_CHECKING, Final
 
@@ -282,8 +283,8 @@ class RunSession:
             self._report.unjudged()
         if self._recorder is not None:
             self._recorder.poll(began=monitor.progress.last_ns > 0)
-        if self._waits_for_person and sys.stdin.isatty() and select.select([0], [], [], 0)[0]:
-            sys.stdin.readline()
+        typed = self._waits_for_person and sys.stdin.isatty() and select.select([0], [], [], 0)[0]
+        if typed and sys.stdin.readline():
             monitor.start_path()
         return self._complete()
 
@@ -302,6 +303,8 @@ class RunSession:
         placed = bool(self._starts or self._options.placement_service)
         self._waits_for_person = not (placed or self._complete())
         if self._waits_for_person:
+            if sys.stdin.isatty():  # what was typed while the robot drove
+                termios.tcflush(sys.stdin, termios.TCIFLUSH)
             _LOG.info(
                 'place the robot for the next path, then press Enter, or call /%s/start', MONITOR
             )
@@ -322,10 +325,10 @@ class RunSession:
             write_summary(self._options.summary, summary)
 
     def _status(self, policy_path: Path) -> int:
+        failed = self._recorder is not None and self._recorder.failed
         if self._learning is not None:
             _LOG.info(LearningRun.verdict(policy_path, self._arena))
-            return 0
-        failed = self._recorder is not None and self._recorder.failed
+            return int(failed)
         reached = self._tally.goals + self._tally.declared
         missed = self._options.paths and reached != self._options.paths
         return 1 if failed or missed else 0

@@ -78,7 +78,8 @@ def _reported(subject: str, before: Measurement, after: Measurement) -> float:
         heading_rad = before.pose.heading_rad
         return x_m * math.cos(heading_rad) + y_m * math.sin(heading_rad)
     name = subject.replace('_joint', '_rad')
-    return float(getattr(after.head, name) - getattr(before.head, name))
+    moved = float(getattr(after.head, name) - getattr(before.head, name))
+    return math.remainder(moved, math.tau) if abs(moved) <= math.tau else moved  # degrees
 
 
 def _seen_rad(subject: str, before: Measurement, after: Measurement) -> float:

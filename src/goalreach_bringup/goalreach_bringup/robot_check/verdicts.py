@@ -184,7 +184,7 @@ def judge(robot: HeardRobot) -> list[Verdict]:
     findings: list[tuple[str, Finding]] = []
     for topic, heard in robot.inputs.items():
         found = [*_judge_input(topic, heard, robot)]
-        if heard.stamps_s:
+        if heard.stamps_s and heard.publishers:
             found += [*_judge_clock(topic, heard, robot), *_judge_values(topic, robot)]
             if all(level != WRONG for level, _, _ in found):
                 found.insert(0, (OK, _describe(heard), ''))

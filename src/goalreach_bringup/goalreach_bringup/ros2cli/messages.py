@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 
 from goalreach_msgs_py.errors import CommandError
+from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.ros.interfaces import message_class
 
 Stamper: TypeAlias = Callable[[Any], None]
@@ -94,7 +95,7 @@ def parse_values(text: str) -> dict[str, Any]:
         CommandError: The text is not YAML, or not a mapping.
     """
     try:
-        values = yaml.safe_load(text)
+        values = load_yaml(text)
     except yaml.YAMLError as error:
         reason = ' '.join(str(error).split())
         raise CommandError(f'The passed value is not YAML: {reason}') from None

@@ -33,7 +33,7 @@ export function drawer(page) {
   const text = (name, value) => { const element = find(name); if (element.textContent !== value) element.textContent = value; };
   const set = (name, attributes) => { for (const [key, value] of Object.entries(attributes)) find(name).setAttribute(key, value); };
   const see = (name, visible, attributes = {}) => set(name, { visibility: visible ? 'visible' : 'hidden', ...(visible ? attributes : {}) });
-  // Fragments hold numbers and names of this project only.
+  // Fragments hold numbers and names of this project, or what the server has escaped.
   const html = (name, value) => { find(name).innerHTML = value; };
   const cm = ([x, y]) => [100 * x, 100 * (view.arena.size[1] - y)];
   const move = (at) => { const [x, y] = cm(at); return `translate(${r(x)} ${r(y)})`; };
@@ -101,7 +101,7 @@ export function drawer(page) {
     if (!truth) { html('sight-lines', ''); return; }
     set('needle', { transform: rotate(truth[2]) });
     set('drive-heading', { transform: rotate(truth[2]) });
-    html('bumpers', bumpers.map((n) => `<path d="M${arc(25.5, 18 * n, 18)}"/>`).join(''));
+    html('bumpers', bumpers.map(([n, of]) => `<path d="M${arc(25.5, (360 / of) * n, 360 / of)}"/>`).join(''));
     see('turret', camera !== null);
     if (camera === null) return;
     set('turret', { transform: rotate(camera) });
@@ -114,12 +114,12 @@ export function drawer(page) {
   function estimate() {
     const { estimate: found, lost } = view;
     see('estimate', found, found && { transform: move(found.pose), class: lost ? 'estimate old' : 'estimate' });
+    row('estimate-x', 'estimate-y', 'estimate-heading-text', found?.pose);
+    row('sigma-x', 'sigma-y', 'sigma-heading', found?.sigma);
     if (!found) return;
     const [long, short, angle] = found.ellipse;
     set('ellipse', { rx: r(100 * long), ry: r(100 * short), transform: rotate(angle) });
     set('estimate-heading', { transform: rotate(found.pose[2]) });
-    row('estimate-x', 'estimate-y', 'estimate-heading-text', found.pose);
-    row('sigma-x', 'sigma-y', 'sigma-heading', found.sigma);
     find('estimate-row').dataset.stamp = view.stamp;
   }
   const row = (x, y, heading, pose) => {
@@ -222,14 +222,15 @@ export function drawer(page) {
       html(`values-${'xy'[axis]}`, (now ? `<path class="now" d="M${r(x)} 16V74"/>` : '') + active.map(([n, share], k) => {
         const right = active.length > 1 ? k === active.length - 1 : x < 200;
         const y = 74 - 54 * share;
-        return `<circle class="mu set-${n}" cx="${r(x)}" cy="${r(y)}" r="5"/><text class="mu" data-testid="mu-${'xy'[axis]}-${n}" x="${r(x + (right ? 9 : -9))}"`
+        return `<circle class="mu set-${n % 3}" cx="${r(x)}" cy="${r(y)}" r="5"/><text class="mu" data-testid="mu-${'xy'[axis]}-${n}" x="${r(x + (right ? 9 : -9))}"`
           + ` y="${r(Math.min(71, Math.max(35, y + 4)))}" text-anchor="${right ? 'start' : 'end'}">${fixed(share, 2)}</text>`;
       }).join(''));
     }
   }
 
   function picture() {
-    if (!view.picture) return;
+    see('image', view.picture);
+    if (!view.picture) { html('detections', ''); return; }
     const { url, size: [width, height], leds } = view.picture;
     set('camera', { viewBox: `0 0 ${width} ${height}` });
     set('image', { href: url, width, height });

@@ -51,7 +51,7 @@ export function followRun(page) {
     const number = (value, unit, digits = 2) => (value === undefined ? '–' : `${fixed(value, digits)} ${unit}`);
     const start = row.x_m === undefined ? '–' : `${number(row.x_m, 'm')}, ${number(row.y_m, 'm')}, ${degrees(row.heading_deg, 0)}`;
     const cells = [start, row.outcome, number(row.duration_s, 's', 1), number(row.length_m, 'm')];
-    const line = make('tr', { class: row.outcome === 'goal' ? 'goal' : 'failed' });
+    const line = make('tr', { class: ['goal', 'declared'].includes(row.outcome) ? 'goal' : 'failed' });
     line.append(make('th', { scope: 'row' }, row.number), ...cells.map((cell) => make('td', {}, cell)));
     find('paths-rows').prepend(line);
     while (find('paths-rows').children.length > MAX_ROWS) find('paths-rows').lastChild.remove();
@@ -69,7 +69,6 @@ export function followRun(page) {
   function finish(event) {
     end = event;
     recording = false;
-    if (event.bag) about.bag = event.bag;
     page.set('ended', true);
     find('status').textContent = 'run ended';
     find('status').className = 'chip ended';

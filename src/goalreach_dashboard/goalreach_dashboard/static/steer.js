@@ -151,7 +151,7 @@ export function steer(page, run) {
 
   // --- keys
   document.addEventListener('keydown', (event) => {
-    if (event.key === 'Escape') place(false);
+    if (event.key === 'Escape') { place(false); aim(false); }
     const busy = event.target.closest('input, select, textarea, dialog')
       || (event.key === ' ' && event.target.closest('button, summary, a, [tabindex]'));
     if (busy || event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;

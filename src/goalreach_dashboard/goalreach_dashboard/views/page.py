@@ -6,6 +6,7 @@ Lengths are metres, angles degrees in (-180, 180], counter-clockwise.
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import lru_cache
+from html import escape
 import math
 from typing import Any, Final
 
@@ -83,12 +84,23 @@ def page_view(state: PageState, now_s: float) -> View:
 def _proposal(status: Status) -> tuple[str, float | None, str, bool]:
     """Return a behaviour's name, its direction, what it said in words, whether it was heard."""
     values, said = status.values, []
-    if 'weight' in values:
-        said.append(f'weight {float(values["weight"]):.3g}')
-    if (limit := float(values.get('limit_m_per_s', 'inf'))) < math.inf:
+    if (weight := _number(values, 'weight')) is not None:
+        said.append(f'weight {weight:.3g}')
+    if (limit := _number(values, 'limit_m_per_s')) is not None:
         said.append(f'at most {limit:.2f} m/s')
-    direction = degrees(float(values['heading_rad'])) if 'heading_rad' in values else None
-    return status.name, direction, ', '.join(said) or 'nothing', values.get('heard') == 'true'
+    heading_rad = _number(values, 'heading_rad')
+    direction = None if heading_rad is None else degrees(heading_rad)
+    heard = values.get('heard') == 'true'
+    return escape(status.name), direction, ', '.join(said) or 'nothing', heard
+
+
+def _number(values: Mapping[str, str], key: str) -> float | None:
+    """Return a finite number of a status; None where it holds none."""
+    try:
+        number = float(values[key])
+    except (KeyError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
 
 
 def replay(state: PageState) -> dict[str, Any]:
@@ -197,7 +209,7 @@ def _poses(state: PageState) -> dict[str, Any]:
         'estimate_trail': poses.estimate_trail.text,
         'camera': azimuth,
         'fov': math.degrees(state.fov_rad),
-        'bumpers': [number for number, pressed in enumerate(state.bumpers) if pressed],
+        'bumpers': [(n, len(state.bumpers)) for n, pressed in enumerate(state.bumpers) if pressed],
         'seen': [number for number, led in enumerate(state.landmarks) if led is not None],
     }
 

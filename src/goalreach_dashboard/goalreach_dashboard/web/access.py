@@ -36,6 +36,8 @@ _HEADERS: Final = {
     'cache-control': 'no-cache',
 }
 _FORBIDDEN: Final = 403
+_HTTP_PORT: Final = 80
+"""Browsers leave it out of the host name."""
 _MISDIRECTED: Final = 421
 
 
@@ -99,7 +101,9 @@ class AccessMiddleware:
         """Return the response to a foreign request; None where the application is to respond."""
         headers, scope = connection.headers, connection.scope
         host, origin = headers.get('host', '').lower(), headers.get('origin')
-        names = [f'{name}:{self._policy.port}' for name in _LOOPBACK_NAMES]
+        port = self._policy.port
+        names = [f'{name}:{port}' for name in _LOOPBACK_NAMES]
+        names += _LOOPBACK_NAMES if port == _HTTP_PORT else ()
         if self._policy.local and host not in names:  # other machines may use any name
             return PlainTextResponse('wrong host name\n', _MISDIRECTED)
         if scope['type'] == 'websocket' and origin is None:

@@ -18,6 +18,7 @@ import socket
 import tarfile
 import time
 from typing import Any, Final
+from urllib.parse import quote
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -238,8 +239,8 @@ class PageServer:
         folder = self._graph.state.bag
         if not ticket or request.path_params['ticket'] != ticket or not folder:
             return Response('this link has been used\n', 404)
-        name = Path(folder).name.replace('"', '')
-        headers = {'content-disposition': f'attachment; filename="{name}.tar"'}
+        name = quote(Path(folder).name)
+        headers = {'content-disposition': f"attachment; filename*=UTF-8''{name}.tar"}
         return StreamingResponse(
             tar_of(Path(folder)), headers=headers, media_type='application/x-tar'
         )

@@ -25,6 +25,7 @@ GREY: Final = '#6e6e6e'
 _SIZE_IN = (5.4, 7.0)
 _TICK_IN = 20.0
 _TICK_M = 0.5
+_TAG: dict[str, Any] = {'color': BLUE, 'linewidth': 5, 'solid_capstyle': 'butt'}
 _LED: dict[str, Any] = {
     'marker': 'D', 'color': ORANGE, 'markeredgecolor': BLACK, 'markersize': 6, 'linestyle': '',
 }  # fmt: skip
@@ -60,7 +61,7 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
         axes.plot(to_inches(x), to_inches(y), zorder=7, **_LED)
     for tag in arena.tags:
         ends_in = tag.corners_m[:2, :2] / INCH_M
-        axes.plot(*ends_in.T, color=BLUE, linewidth=5, solid_capstyle='butt', zorder=7)
+        axes.plot(*ends_in.T, zorder=7, **_TAG)
         axes.annotate(str(tag.id), ends_in.mean(axis=0), xytext=(6, 6), textcoords='offset points')
     if borders:
         _draw_borders(axes, arena)
@@ -81,9 +82,11 @@ def add_metre_axes(axes: Axes, *, y_too: bool = True) -> None:
         right.yaxis.set_major_locator(MultipleLocator(_TICK_M))
 
 
-def add_legend(axes: Axes, *handles: Artist) -> None:
-    """Add a legend below an arena: the labelled artists, the goal region and the LEDs."""
-    always = (Patch(label='goal region', **_GOAL), Line2D([], [], label='LED', **_LED))
+def add_legend(axes: Axes, arena: Arena, *handles: Artist) -> None:
+    """Add a legend below an arena: the labelled artists, the goal region and the landmarks."""
+    always: list[Artist] = [Patch(label='goal region', **_GOAL)]
+    always += [Line2D([], [], label='LED', **_LED)] if arena.landmarks_m else []
+    always += [Line2D([], [], label='tag', **_TAG)] if arena.tags else []
     place = {'loc': 'upper center', 'bbox_to_anchor': (0.5, -0.085)}
     axes.legend(handles=[*handles, *always], ncols=3, fontsize=8, frameon=False, **place)
 

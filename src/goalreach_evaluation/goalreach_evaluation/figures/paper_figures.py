@@ -72,10 +72,10 @@ def paper_figures(
 
 
 def state_space(arena: Arena) -> Figure:
-    """Return Fig. 1, "State Space": the nine regions."""
-    figure, axes = arena_figure(arena, 'State space: nine regions')
+    """Return Fig. 1, "State Space": the regions."""
+    figure, axes = arena_figure(arena, f'State space: {len([*arena.regions.cells])} regions')
     draw_region_names(axes, arena, size=9)
-    add_legend(axes)
+    add_legend(axes, arena)
     return figure
 
 
@@ -83,16 +83,18 @@ def transition_areas(arena: Arena) -> Figure:
     """Return Fig. 4, "State Space with transition areas"."""
     figure, axes = arena_figure(arena, 'State space with transition areas')
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)
-    regions = arena.regions
-    for low in (1, 3):
-        x_low, x_high = (to_inches(k) for k in regions.x_knots_m[low : low + 2])
-        y_low, y_high = (to_inches(k) for k in regions.y_knots_m[low : low + 2])
-        style: dict[str, Any] = {'facecolor': SKY, 'alpha': 0.45, 'edgecolor': 'none', 'zorder': 2}
-        axes.add_patch(Rectangle((x_low, 0), x_high - x_low, length, **style))
-        axes.add_patch(Rectangle((0, y_low), width, y_high - y_low, **style))
+    x_knots, y_knots = (
+        [to_inches(knot) for knot in knots[1:-1]]
+        for knots in (arena.regions.x_knots_m, arena.regions.y_knots_m)
+    )
+    style: dict[str, Any] = {'facecolor': SKY, 'alpha': 0.45, 'edgecolor': 'none', 'zorder': 2}
+    for low, high in zip(x_knots[::2], x_knots[1::2], strict=True):
+        axes.add_patch(Rectangle((low, 0), high - low, length, **style))
+    for low, high in zip(y_knots[::2], y_knots[1::2], strict=True):
+        axes.add_patch(Rectangle((0, low), width, high - low, **style))
     draw_region_names(axes, arena, size=7.5)
     area = Patch(facecolor=SKY, alpha=0.6, label='transition area')
-    add_legend(axes, area)
+    add_legend(axes, arena, area)
     return figure
 
 
@@ -142,7 +144,7 @@ def optimal_actions(arena: Arena, policy: Policy) -> Figure:
         axes.text(
             x, y + 23, f'{360.0 / policy.regions.actions * action:g}°', ha='center', fontsize=9
         )
-    add_legend(axes)
+    add_legend(axes, arena)
     return figure
 
 
@@ -186,5 +188,5 @@ def path_figure(arena: Arena, paths: Sequence[RecordedPath], title: str) -> Figu
     if goals < len(paths):
         failed: dict[str, Any] = {'color': VERMILION, 'marker': 'X', 'linestyle': '--'}
         handles.append(Line2D([], [], label='goal not reached', **failed))
-    add_legend(axes, *handles)
+    add_legend(axes, arena, *handles)
     return figure

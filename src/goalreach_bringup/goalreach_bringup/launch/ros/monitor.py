@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
@@ -20,6 +21,7 @@ from goalreach_learning.blending import blend_heading
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.alignment import InputAligner, interpolate_odometry
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.diagnostic_messages import (
     q_table_from_raw,
     state_from_raw,
@@ -97,8 +99,11 @@ class RunMonitor(Node):
 
     def start_path(self) -> None:
         """Begin the path that waits until somebody has placed the robot."""
-        self._evaluator.begin_path()
-        self._start.call_async(Trigger.Request())
+        self._start.call_async(Trigger.Request()).add_done_callback(self._on_started)
+
+    def _on_started(self, call: Any) -> None:
+        if call.result().success:
+            self._evaluator.begin_path()
 
     def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self._start.service_is_ready()
@@ -186,7 +191,14 @@ class RunMonitor(Node):
                 self._on_path(result)
 
     def _on_q_table(self, raw: bytes) -> None:
-        q = q_table_from_raw(raw)
-        if not np.array_equal(q, self._policy.q):
-            tried = (q != 0).astype(np.int64)
-            self._policy = replace(self._policy, q=q, visits=tried)
+        try:
+            q = q_table_from_raw(raw)
+        except MessageError as error:
+            self.get_logger().error(f'{topics.Q_TABLE}: {error}')
+            return
+        if np.array_equal(q, self._policy.q):
+            return
+        if policy := Policy.of_table(q, self._evaluator.regions):
+            self._policy = policy
+        else:
+            self.get_logger().error(f'{topics.Q_TABLE}: {q.shape} does not fit the regions')

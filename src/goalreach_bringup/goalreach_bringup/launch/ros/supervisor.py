@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 import logging
+import math
 import time
 from typing import Any, Final
 
@@ -31,6 +32,7 @@ class LivenessProbe:
         self._pending: list[Any] = []
         self._answered_s: float | None = None
         self._began_s: float | None = None
+        self._polled_s = math.inf
 
     def restart(self, now_s: float) -> None:
         """Forget earlier answers: the node is being restarted."""
@@ -38,9 +40,15 @@ class LivenessProbe:
         self._pending.clear()
 
     def silent(self, now_s: float) -> bool:
-        """Send a request where one is due; return whether the node has been silent too long."""
+        """Send a request where one is due; return whether the node has been silent too long.
+
+        The time in which nobody asked, the launcher being stopped, does not count.
+        """
         if self._began_s is None:
             self._began_s = now_s
+        unasked_s, self._polled_s = max(0.0, now_s - self._polled_s - _PERIOD_S), now_s
+        if self._answered_s is not None:
+            self._answered_s += unasked_s
         if any(call.done() for call in self._pending):
             self._answered_s = now_s
             self._pending.clear()

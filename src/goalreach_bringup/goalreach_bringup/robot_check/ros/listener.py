@@ -88,9 +88,11 @@ class RobotListener:
         self._find_ends()
         node, space = self._node, self._node.get_namespace().rstrip('/')
         published = {t for t, _ in node.get_topic_names_and_types() if node.count_publishers(t)}
-        services = node.get_service_names_and_types()
-        self._robot.topics = frozenset(topic.removeprefix(space) for topic in published)
-        self._robot.services = frozenset(name.removeprefix(space) for name, _ in services)
+        services = {name for name, _ in node.get_service_names_and_types()}
+        self._robot.topics, self._robot.services = (
+            frozenset(name.removeprefix(space) for name in names if name.startswith(f'{space}/'))
+            for names in (published, services)
+        )
 
     def _find_ends(self) -> None:
         for topic, heard in {**self._robot.inputs, **self._robot.outputs}.items():
@@ -130,8 +132,10 @@ class RobotListener:
         left = Twist2(linear_m_per_s=0.0, steering_rad_per_s=moves.TURN_RAD / _MOVE_S)
         for subject, twist in ((moves.DRIVE, ahead), (moves.TURN, left)):
             before = self._measure()
-            self._command(twist)
-            self._command(STANDING)
+            try:
+                self._command(twist)
+            finally:
+                self._command(STANDING)
             yield from moves.judge_motion(subject, before, self._measure())
 
     def _command(self, target: HeadAngles | Twist2) -> None:

@@ -104,5 +104,5 @@ def _parse(text: str) -> ParameterValue:
     """Return the value of the type that the text looks like; a string where it looks like none."""
     try:
         return get_parameter_value(text)
-    except (AssertionError, yaml.YAMLError):  # a mapping, or not YAML
+    except (AssertionError, ValueError, OverflowError, yaml.YAMLError):  # a mapping, or not YAML
         return ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
