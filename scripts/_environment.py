@@ -46,7 +46,7 @@ def run(command: str) -> NoReturn:
     Raises:
         SystemExit: Always, with the status of the command.
     """
-    page = command == 'run' and (sys.stdout.isatty() or '--dashboard' in sys.argv)
+    page = command == 'run' and ('--dashboard' in sys.argv or (sys.stdout and sys.stdout.isatty()))
     prepare(group='page' if page or command == 'dashboard' else 'run')
     from goalreach_bringup import cli
 

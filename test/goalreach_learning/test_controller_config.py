@@ -13,7 +13,12 @@ def test_flattens_and_builds_with_its_learning_part() -> None:
 
 @pytest.mark.parametrize(
     ('field', 'value'),
-    [('mode', 'blurred'), ('cruise_speed_m_per_s', 0.6), ('goal_confidence', 1.5)],
+    [
+        ('mode', 'blurred'),
+        ('goal', 'FOO/BAR'),
+        ('cruise_speed_m_per_s', 0.6),
+        ('goal_confidence', 1.5),
+    ],
 )
 def test_refuses_values_out_of_range(field: str, value: object) -> None:
     with pytest.raises(ConfigurationError, match=field):

@@ -129,3 +129,8 @@ def test_the_same_learner_learns_on_it() -> None:
             if terminated:
                 break
     assert all(greedy_successes(Arena(), agent.policy))
+
+
+def test_a_start_that_is_no_place_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="start = 'left'"):
+        GoalReachEnv().reset(options={'start': 'left'})

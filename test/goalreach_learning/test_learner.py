@@ -135,3 +135,25 @@ def test_a_damaged_state_is_refused(state: Mapping[str, Any]) -> None:
     damaged = replace(policy, learner={'name': 'planner', 'state': state})
     with pytest.raises(GoalreachError, match=r'learner\.state = '):
         agent_of('planner', damaged)
+
+
+class BareLearner(PaperLearner):
+    """Returns its own table, and keeps what JSON cannot hold."""
+
+    def policy(self) -> tuple[Any, Any]:
+        return self.q, self.visits
+
+    def save(self) -> dict[str, Any]:
+        return {'last': np.float32(1.0)}
+
+
+def test_a_learner_may_return_its_own_table(tmp_path: Path) -> None:
+    name = f'{__name__}:BareLearner'
+    agent, config = agent_of(name), LearningConfig(trials=2)
+    result = train(
+        Arena(), config, rng=np.random.default_rng(0), agent=agent, on_trial=lambda *_: None
+    )
+    assert result.policy.visits.any()
+    with pytest.raises(GoalreachError, match=r'p\.json: what the learner saves: .*float32'):
+        write_policy(tmp_path / 'p.json', agent.policy)
+    assert not list(tmp_path.iterdir())

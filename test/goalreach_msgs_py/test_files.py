@@ -1,5 +1,6 @@
 """Files: atomic writing, and YAML that was made to do harm."""
 
+import os
 from pathlib import Path
 import time
 
@@ -46,6 +47,10 @@ def test_plain_values_are_read() -> None:
         '!!python/object/apply:os.system ["true"]',
         'a: [',
         '? {a: 1}\n: b',
+        '!!float ""',
+        '!!int ""',
+        '!!bool maybe',
+        '!!timestamp x',
     ],
 )
 def test_what_cannot_be_a_value_is_one_kind_of_error(text: str) -> None:
@@ -66,3 +71,20 @@ def test_errors_are_one_line_whatever_is_in_the_value() -> None:
     assert '\n' not in str(ConfigurationError('a\nb', 'c\x1b[31m\nd', 'plain'))
     assert '\n' not in str(FileFormatError('file', 'two\nlines'))
     assert one_line_repr((0.1, 1.0, 0.0)) == '(0.1, 1.0, 0.0)'
+
+
+def test_a_link_and_a_pipe_stay_what_they_are_and_a_private_file_private(tmp_path: Path) -> None:
+    target, link, pipe = (tmp_path / name for name in ('target', 'link', 'pipe'))
+    target.write_text('old')
+    target.chmod(0o600)
+    link.symlink_to(target)
+    write_text_atomically(link, 'new')
+    assert link.is_symlink()
+    assert target.read_text() == 'new'
+    assert target.stat().st_mode & 0o777 == 0o600
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_text_atomically(pipe, 'through')
+    assert os.read(reader, 100) == b'through'
+    os.close(reader)
+    assert pipe.is_fifo()

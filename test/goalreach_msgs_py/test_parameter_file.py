@@ -64,6 +64,7 @@ def test_later_layers_win() -> None:
             'three: must be one of nomad200, ',
         ),
         ('nomad200: {ros__parameters: {a: }}', 'a: has no value'),
+        ('nomad200: {ros__parameters: &a {b: *a}}', 'is nested too deeply'),
         ('nomad200: {ros__parameters: {a: 2020-01-01}}', 'a = datetime'),
         ('nomad200: {ros__parameters: {a: !!python/object:os.system {}}}', 'is not YAML'),
     ],
@@ -82,3 +83,9 @@ def test_refuses_binary_and_missing_files(tmp_path: Path) -> None:
     for path in (binary, tmp_path / 'missing', tmp_path):
         with pytest.raises(FileFormatError, match=str(path)):
             read_parameters(path)
+
+
+def test_a_namespace_with_or_without_its_slash(tmp_path: Path) -> None:
+    for name in ('robot1/nomad200', '/robot1/nomad200'):
+        path = written(tmp_path, f'{name}: {{ros__parameters: {{seed: 5}}}}')
+        assert read_parameters(path, 'robot1')['nomad200'] == {'seed': 5}

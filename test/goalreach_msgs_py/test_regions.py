@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 import pytest
 
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import X_LABELS, Y_LABELS, RegionMap, parse_region, region_name
+from goalreach_msgs_py.regions import (
+    X_LABELS,
+    Y_LABELS,
+    RegionConfig,
+    RegionMap,
+    parse_region,
+    region_name,
+)
 
 MAP = RegionMap(x_knots_m=(0.0, 1.0, 2.0, 4.0, 5.0, 6.0), y_knots_m=(0.0, 2.0, 3.0, 5.0, 7.0, 9.0))
 
@@ -100,8 +107,26 @@ def test_regions_and_memberships_of_five_columns_and_one_row() -> None:
 
 
 @pytest.mark.parametrize(
-    'fields', [{'actions': 6}, {'x_knots_m': (0.0, 1.0, 2.0)}, {'goal': (3, 0)}]
+    'fields', [{'actions': 6}, {'actions': 8.0}, {'x_knots_m': (0.0, 1.0, 2.0)}, {'goal': (3, 0)}]
 )
 def test_an_impossible_task_is_refused(fields: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=next(iter(fields))):
         RegionMap(**fields)
+
+
+@pytest.mark.parametrize(
+    ('fields', 'line'),
+    [
+        ({'forbidden_regions': 'LEFT-SIDE/FRA'}, "forbidden_regions = 'LEFT-SIDE/FRA'"),
+        ({'goal_region': 'X7/NEAR'}, "goal_region = 'X7/NEAR'"),
+        ({'forbidden_regions': 'FRONT/NEAR'}, "forbidden_regions = 'FRONT/NEAR'"),
+    ],
+)
+def test_errors_name_the_parameter_and_its_text(fields: dict[str, str], line: str) -> None:
+    with pytest.raises(ConfigurationError, match=line):
+        RegionConfig(**fields)  # type: ignore[arg-type]
+
+
+def test_a_list_of_regions_may_have_blanks() -> None:
+    regions = RegionConfig(forbidden_regions='LEFT-SIDE/FAR, FRONT/FAR').region_map
+    assert regions.forbidden == ((0, 2), (1, 2))

@@ -20,21 +20,25 @@ SIZE_M = (3.556, 5.08)
 TILT_RAD = 0.14
 
 
-def knowledge() -> FloatArray:
+def knowledge(corners: int = 0) -> FloatArray:
     """Tilt known to 0.15 deg, height to a quarter inch, LEDs to a tenth of an inch."""
-    sigmas = np.zeros(LEDS + 12)
+    sigmas = np.zeros(LEDS + 12 + 3 * corners)
     sigmas[TILT_BIAS], sigmas[HEIGHT], sigmas[LEDS:MOUNT] = 0.0026, 0.00635, 0.00254
     return np.diag(sigmas**2)
 
 
-def solve(pixels: FloatArray, leds_m: FloatArray = LED_PLACES) -> Fix | None:
+def solve(
+    pixels: FloatArray, leds_m: FloatArray = LED_PLACES, corners_m: FloatArray | None = None
+) -> Fix | None:
+    corners_m = np.empty((0, 3)) if corners_m is None else corners_m
     geometry = ImageGeometry(
-        leds_m=leds_m,
+        leds_m=np.concatenate([leds_m, corners_m]),
+        led_count=len(leds_m),
         camera_height_m=1.1,
         turns_rad=np.zeros(len(pixels)),
         tilts_rad=np.full(len(pixels), TILT_RAD),
         lens=Lens.of_camera(CAMERA),
-        nuisance_covariance=knowledge(),
+        nuisance_covariance=knowledge(len(corners_m)),
         tilt_noise_rad=0.001,
     )
     sigmas = np.full(len(pixels), 0.05)
@@ -102,3 +106,14 @@ def test_an_arrangement_with_the_same_image_from_two_poses_is_ambiguous() -> Non
     turns = np.array([0.0, 2.0, 4.0]) * math.pi / 3.0
     leds = np.stack([1.8 + 0.3 * np.cos(turns), 2.5 + 0.3 * np.sin(turns), np.full(3, 1.5)], 1)
     assert solve(view(1.8, 4.0, -math.pi / 2, leds), leds) is None
+
+
+def test_a_spot_is_no_corner_of_a_tag() -> None:
+    """Corners are found in squares; tags that are not detected explain no spot."""
+    corners_m = np.array(
+        [[x + dx, 0.0, 1.3 + dz] for x in (1.0, 2.4) for dx in (0.0, 0.2) for dz in (0.0, 0.2)]
+    )
+    fix = solve(view(1.3, 3.5, -1.5), corners_m=corners_m)
+    assert fix is not None
+    assert fix.leds[np.argsort(fix.spots)].tolist() == [0, 1, 2]
+    assert (fix.x_m, fix.y_m) == pytest.approx((1.3, 3.5), abs=1e-5)

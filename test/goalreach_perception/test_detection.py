@@ -49,6 +49,12 @@ def test_spots_are_sorted_by_brightness_up_to_a_count() -> None:
     assert spots.pixels_px[0] == pytest.approx(places[6][:2], abs=0.05)
 
 
+def test_a_skipped_spot_far_outside_masks_nothing() -> None:
+    window = (np.full((41, 41), 9, np.uint8), 100, 100)
+    window[0][20, 20] = 200
+    assert DETECTOR._masked(window, (70.0, 70.0))[0].max() == 200
+
+
 def test_the_second_brightest_spot_if_the_brightest_is_skipped() -> None:
     image = spot_image([(300.0, 200.0, 200.0), (320.0, 205.0, 90.0)])
     first = DETECTOR.in_windows(image, [(310.0, 200.0)], [25])

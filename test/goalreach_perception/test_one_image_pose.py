@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -11,7 +12,12 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import HEIGHT, LEDS, TILT_BIAS, Lens
-from goalreach_perception.one_image_pose import ImageGeometry, Solutions, solve_poses
+from goalreach_perception.one_image_pose import (
+    ImageGeometry,
+    Solutions,
+    _pose_jacobian,
+    solve_poses,
+)
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
 LED_PLACES = Arena().landmark_array_m
@@ -22,6 +28,7 @@ TILT_RAD = 0.12
 def geometry(spots: int, nuisance: FloatArray | None = None) -> ImageGeometry:
     return ImageGeometry(
         leds_m=LED_PLACES,
+        led_count=len(LED_PLACES),
         camera_height_m=HEIGHT_M,
         turns_rad=np.zeros(spots),
         tilts_rad=np.full(spots, TILT_RAD),
@@ -116,3 +123,19 @@ def test_an_led_behind_the_camera_has_no_likelihood() -> None:
         iterations=0,
     )
     assert found.chi2[0] == math.inf
+
+
+def test_derivatives_of_a_camera_off_the_axis() -> None:
+    """A turn of the head moves the lens, too."""
+    off_axis = replace(geometry(3), mount_m=(0.15, 0.05))
+    leds = spots = np.array([[0, 1, 2]])
+    pose = np.array([[1.2, 3.0, -1.4]])
+    offsets_m, projection = off_axis.project(pose, leds, spots)
+    found = _pose_jacobian(projection, offsets_m)[0]
+    for state, step in enumerate((1e-5, 1e-5, 1e-6)):
+        ends = [
+            off_axis.project(pose + sign * step * np.eye(3)[state], leds, spots)[1].pixels_px
+            for sign in (1.0, -1.0)
+        ]
+        measured = (ends[0] - ends[1]).reshape(-1) / (2.0 * step)
+        assert found[:, state] == pytest.approx(measured, rel=1e-4, abs=1e-2)

@@ -221,9 +221,9 @@ def test_calibration_fades_to_the_prior() -> None:
 
 def test_considered_states_do_not_fade() -> None:
     state = started()
-    before = state.covariance[HEIGHT:, HEIGHT:].copy()
+    before = state.covariance[HEIGHT:SLIP, HEIGHT:SLIP].copy()
     state.fade(100.0)
-    assert np.array_equal(state.covariance[HEIGHT:, HEIGHT:], before)
+    assert np.array_equal(state.covariance[HEIGHT:SLIP, HEIGHT:SLIP], before)
 
 
 @pytest.mark.parametrize('larger', [False, True])
@@ -355,3 +355,16 @@ def test_a_height_that_does_not_fit_makes_the_position_less_certain() -> None:
     state.fade(1.0)
     assert 'camera_height_m first' in state.misfit
     assert state.pose_covariance[0, 0] == pytest.approx(sure[0, 0] + 0.03**2)
+
+
+def test_growth_of_considered_constants_is_undone() -> None:
+    state = started(calibrate=False)
+    prior = state.covariance[HEIGHT:, HEIGHT:].copy()
+    for _ in range(3):
+        for _ in range(10):
+            seen = seen_from(state, 300.0)
+            state.correct(state.predict_leds(LENS, JOINTS), ALL, seen, np.full(3, 0.1))
+        assert not state.fits
+        state.reset()
+        state.start(START, np.diag([0.01, 0.01, 0.0025]))
+    assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)

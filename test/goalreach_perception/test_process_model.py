@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 
-from goalreach_perception.process_model import FadingMemory
+from goalreach_msgs_py.values import Pose2
+from goalreach_perception.process_model import FadingMemory, OdometryConfig, OdometryModel
 
 MEMORY = FadingMemory(
     np.array([1.0, 5.0]), np.diag([4.0, 0.0]), np.array([True, False]), memory_s=10.0
@@ -31,3 +33,17 @@ def test_an_infinite_time_restores_the_prior() -> None:
     mean, covariance = MEMORY.fade(np.array([2.0, 7.0]), np.diag([0.5, 0.3]), math.inf)
     assert mean == pytest.approx([1.0, 7.0])
     assert covariance == pytest.approx(np.diag([4.0, 0.3]))
+
+
+def test_a_turn_may_be_divided() -> None:
+    """A quarter circle of 1 m radius by wheels that turn a tenth further than odometry says."""
+    ends = []
+    for steps in (10, 1000):
+        model, mean = OdometryModel(21, OdometryConfig(turn_scale=1.1)), np.zeros(21)
+        model.restart(0.0, 0.0)
+        angles = np.linspace(0.0, math.pi / 2, steps + 1)
+        poses = [Pose2(x_m=math.sin(a), y_m=1.0 - math.cos(a), heading_rad=a) for a in angles]
+        for before, after in itertools.pairwise(poses):
+            model.propagate_mean(mean, before, after)
+        ends.append(mean[:3].copy())
+    assert ends[0] == pytest.approx(ends[1], abs=2e-3)

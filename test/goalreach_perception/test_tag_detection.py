@@ -79,6 +79,7 @@ def fix_of(found: MatchedLeds, sigmas_px: FloatArray, seed: Pose2) -> Fix | None
     return identify_labelled(
         ImageGeometry(
             leds_m=CORNERS_M,
+            led_count=0,
             camera_height_m=EYE_M,
             turns_rad=np.zeros(len(found.leds)),
             tilts_rad=np.zeros(len(found.leds)),

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.obstacles import Obstacle, obstacles_to_flat
 from goalreach_msgs_py.values import HeadAngles, Pose2, Twist2
@@ -252,3 +253,24 @@ def test_an_old_command_feeds_the_watchdog_less() -> None:
         stopped_m.append(before.y_m - simulator.sense().truth.pose.y_m)
     # 0.4 m/s for 0.4 s, and 0.4^2 / 10.16 to brake; 0.2 s less of the first.
     assert stopped_m == pytest.approx([0.175748, 0.095748], abs=1e-6)
+
+
+def test_a_refused_reset_changes_nothing_and_new_noise_moves_out_of_an_obstacle() -> None:
+    walker = Obstacle(
+        x_m=1.0, y_m=1.0, radius_m=0.2, speed_m_per_s=0.3, track_m=((2.0, 1.0), (1.0, 1.0))
+    )
+    config = SimulatorConfig.for_arena(
+        dataclasses.replace(Arena(), obstacles=(walker,)), noise_preset('none')
+    )
+    simulator = Simulator(config, np.random.default_rng(1))
+    simulator.reset(START)
+    for _ in range(75):
+        simulator.advance()
+    (before,) = simulator.robot.walls.obstacles
+    assert before.x_m > 1.5
+    with pytest.raises(ConfigurationError, match='start_pose'):
+        simulator.reset(Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0))
+    assert simulator.robot.walls.obstacles == (before,)
+    simulator.robot.place(Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0))
+    simulator.change_noise(noise_preset('nominal'))
+    assert simulator.robot.walls.clearance_m(simulator.robot.x_m, simulator.robot.y_m) >= 0.0

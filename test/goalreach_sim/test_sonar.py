@@ -3,15 +3,18 @@ import math
 
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import LaserScan
 
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.noise import NoiseModel, noise_preset
 from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.sensor_messages import scan_from_raw, sonar_to_raw
-from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.values import Pose2, Scan
 from goalreach_sim.simulator import Simulator
 from goalreach_sim.simulator_config import SimulatorConfig
-from goalreach_sim.sonar import SonarRing
+from goalreach_sim.sonar import NEAREST_M, SonarRing
 
 BASE = Pose2(x_m=2.0, y_m=2.5, heading_rad=0.0)
 
@@ -112,3 +115,29 @@ def test_an_obstacle_of_the_arena_hides_an_led_until_it_has_passed() -> None:
     for _ in range(25):
         simulator.advance()
     assert hidden == 10 < simulator.sense().image[:, 300:340].max()
+
+
+def scan_of(step_rad: float, ranges_m: list[float]) -> Scan:
+    raw = sonar_to_raw((1.0,), 7, limits_m=(0.4, 6.7), scan_time_s=0.04)
+    message = deserialize_message(raw, LaserScan)
+    message.angle_min, message.angle_increment, message.ranges = 0.5, step_rad, ranges_m
+    return scan_from_raw(serialize_message(message))
+
+
+def test_scans_of_others() -> None:
+    scan = scan_of(-0.1, [1.0, 2.0, 3.0])  # clockwise
+    assert (scan.first_rad, scan.step_rad) == pytest.approx((0.3, 0.1))
+    assert scan.ranges_m == (3.0, 2.0, 1.0)
+    near, far, unknown = scan_of(0.1, [-math.inf, 9.0, math.nan]).ranges_m
+    assert (near, far, unknown) == pytest.approx((0.4, math.inf, math.inf))
+    with pytest.raises(MessageError, match='angle_increment'):
+        scan_of(0.0, [1.0])
+
+
+def test_noise_makes_no_range_too_short_to_be_one() -> None:
+    noise = dataclasses.replace(noise_preset('none'), sonar_error=0.3)
+    config = SimulatorConfig.for_arena(Arena(), noise)
+    sonar = SonarRing(config, np.random.default_rng(1))
+    base = Pose2(x_m=0.3, y_m=2.0, heading_rad=0.0)
+    readings = np.array([sonar.read(base, ()) for _ in range(50)])
+    assert readings.min() >= config.body_radius_m + NEAREST_M

@@ -222,6 +222,7 @@ def _geometry(spots: int, tilt: float) -> ImageGeometry:
     states = LEDS + _CONFIG.landmark_array_m.size - MOUNT
     return ImageGeometry(
         leds_m=_CONFIG.landmark_array_m,
+        led_count=len(_CONFIG.landmark_array_m),
         camera_height_m=_CONFIG.camera_height_m,
         turns_rad=np.zeros(spots),
         tilts_rad=np.full(spots, tilt),

@@ -270,7 +270,7 @@ class BehaviorStack:
             self._decided_ns = time_ns
             scan = (around.scan if self._last_sure else None) or _SILENCE
             turned_rad = base_rad if scan.on_base else pose.heading_rad
-            self._map.update(pose, turned_rad, scan, touched_rad)
+            self._map.update(pose, turned_rad, scan, touched_rad if self._last_sure else ())
 
     def drive(self, follower: HeadingFollower, goal: Twist2) -> Twist2:
         """Return the command for the proposal that is heard; that of goal-reaching as it is."""

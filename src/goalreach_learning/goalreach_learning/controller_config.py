@@ -9,6 +9,7 @@ from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.arena import BODY_RADIUS_M
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import Configuration, parameter
+from goalreach_msgs_py.regions import parse_region
 from goalreach_msgs_py.values import Pose2
 
 
@@ -83,6 +84,12 @@ class ControllerConfig(Configuration):
         'paper', 'Who learns: paper, planner, q-lambda, dyna-q, an entry point, or module:Class'
     )
     learning: LearningConfig = field(default_factory=LearningConfig)
+
+    def __post_init__(self) -> None:
+        """Check every field, and that the goal is a region."""
+        super().__post_init__()
+        if self.goal:
+            parse_region(self.goal, field='goal')
 
 
 @dataclass(frozen=True, kw_only=True)

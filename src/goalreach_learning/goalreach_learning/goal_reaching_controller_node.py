@@ -25,10 +25,10 @@ from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.ros.opinions import opinion_markers, opinions_to_raw
 from goalreach_learning.ros.placement import ConditionWait, RobotPlacement
 from goalreach_learning.steering import STANDING
-from goalreach_learning.training import policy_for_goal, train
+from goalreach_learning.training import arena_of, policy_for_goal, train
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.alignment import InputAligner, Interpolation, either_pressed
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.diagnostic_messages import (
     learner_to_raw,
     q_table_to_raw,
@@ -133,7 +133,7 @@ class GoalReachingControllerNode(Node):
         self._listen()
 
     def _listen(self) -> None:
-        self._subscribe(DiagnosticArray, topics.STATE, state_from_raw, RELIABLE_QOS)
+        self._subscribe(DiagnosticArray, topics.STATE, self._state_from_raw, RELIABLE_QOS)
         self._subscribe(LaserScan, topics.BUMPERS, bumpers_from_raw)
         if self._drive.topic_name.endswith(topics.DISCONNECTED_CMD_VEL):  # another node drives
             self._acknowledger = Acknowledger(self, window_ticks=1)
@@ -141,6 +141,12 @@ class GoalReachingControllerNode(Node):
             self.create_service(Trigger, '~/start', self._on_start)
         if self._robot.stop_after_s:
             steady_timer(self, _STOP_CHECK_S, self._stop_if_silent)
+
+    def _state_from_raw(self, raw: bytes) -> RegionState:
+        state, shape = state_from_raw(raw), self._controller.policy.regions.shape
+        if (columns_rows := (len(state.mu_x), len(state.mu_y))) != shape:
+            raise MessageError(f'{columns_rows} columns and rows: the policy has {shape}')
+        return state
 
     def _required_inputs(self, config: ControllerConfig) -> dict[str, Interpolation | None]:
         """Return what is needed with a state; behaviours look around, and publish proposals."""
@@ -162,7 +168,7 @@ class GoalReachingControllerNode(Node):
         if learn:
             return Policy.unlearned(regions)
         self.get_logger().info('no policy given: learning one')
-        return train(Arena(), rng=rng).policy
+        return train(arena_of(regions), rng=rng).policy
 
     def _save_policy(self, path: int) -> None:
         """Write the policy after a path, if it is learned."""

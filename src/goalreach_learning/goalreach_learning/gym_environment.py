@@ -130,7 +130,11 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
             jitter = self.np_random.uniform(-self._jitter_m, self._jitter_m, 2)
             x_m, y_m = starts[int(start)].x_m + jitter[0], starts[int(start)].y_m + jitter[1]
             return self._environment.clamp(float(x_m), float(y_m))
-        regions, point = self._arena.regions, np.asarray(start, dtype=np.float64)
+        regions = self._arena.regions
+        try:
+            point = np.asarray(start, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ConfigurationError('start', start, 'an index or x and y, metres') from None
         is_free = point.shape == (2,) and self._arena.is_free(*point)
         if not is_free or regions.region_at(*point) in regions.ends:
             raise ConfigurationError('start', start, 'a free point outside the goal')

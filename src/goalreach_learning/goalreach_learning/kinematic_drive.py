@@ -22,8 +22,8 @@ MAX_OPTIONS: Final = 30
 """Options after which a path counts as endless; chosen, nine regions need far fewer."""
 _STEP_M: Final = 0.01
 """Distance after which a blended heading is computed again."""
-_MAX_STEPS: Final = 3000
-"""Steps after which a path counts as endless, six times the arena's length; chosen."""
+_MAX_LENGTHS: Final = 6
+"""Lengths of the arena after which a path counts as endless; chosen."""
 
 
 class OptionEnd(NamedTuple):
@@ -163,7 +163,8 @@ def blended_track(arena: Arena, policy: Policy, start: Pose2, *, mode: str) -> T
     x_m, y_m = start.x_m, start.y_m
     heading_rad: float | None = None
     points, outcome = [(x_m, y_m)], ends.get(regions.region_at(x_m, y_m))
-    while outcome is None and len(points) <= _MAX_STEPS:
+    most = _MAX_LENGTHS * max(arena.width_m, arena.length_m) / _STEP_M
+    while outcome is None and len(points) <= most:
         blended = blend_heading(mode, *regions.memberships_at(x_m, y_m), policy)
         heading_rad = heading_rad if blended is None else blended
         if heading_rad is None:

@@ -167,6 +167,7 @@ class Agent:
         q, visits = self.learner.policy()
         state, learning = self.learner.save(), flatten_config(self.config)
         own = {} if self.name == 'paper' else {'name': self.name, 'state': dict(state)}
+        q, visits = np.array(q), np.array(visits)  # a policy freezes its own
         return Policy(q=q, visits=visits, regions=self.regions, learning=learning, learner=own)
 
 

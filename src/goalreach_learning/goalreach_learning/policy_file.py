@@ -154,7 +154,7 @@ def write_policy(path: Path | str, policy: Policy) -> None:
     """Write a policy file, or replace it, atomically: even after a crash it is complete.
 
     Raises:
-        FileFormatError: The file cannot be written.
+        FileFormatError: The file cannot be written, or cannot hold what the learner saves.
     """
     regions = policy.regions
     document = {
@@ -173,5 +173,8 @@ def write_policy(path: Path | str, policy: Policy) -> None:
         'learning': dict(policy.learning),
         **({'learner': dict(policy.learner)} if policy.learner else {}),
     }
-    text = json.dumps(document, indent=1, allow_nan=False) + '\n'
+    try:
+        text = json.dumps(document, indent=1, allow_nan=False) + '\n'
+    except (TypeError, ValueError) as error:
+        raise FileFormatError(path, f'what the learner saves: {error}') from None
     write_text_atomically(path, text)

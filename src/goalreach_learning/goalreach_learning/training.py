@@ -12,6 +12,7 @@ from goalreach_learning.learners.tabular import PaperLearner
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena, paper_starts
+from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2, Region
 
 _DEFAULT = LearningConfig()
@@ -81,11 +82,15 @@ def policy_for_goal(policy: Policy, goal: Region, rng: np.random.Generator) -> P
         return policy
     forbidden = tuple(region for region in policy.regions.forbidden if region != goal)
     regions = replace(policy.regions, goal=goal, forbidden=forbidden)
+    return train(arena_of(regions), rng=rng).policy
+
+
+def arena_of(regions: RegionMap) -> Arena:
+    """Return an arena of these regions to learn in, with starts along its border."""
     size: dict[str, Any] = {'width_m': regions.x_knots_m[-1], 'length_m': regions.y_knots_m[-1]}
     leds_m = tuple((share * size['width_m'], 0.0, 1.0) for share in (0.2, 0.5, 0.8))
     starts = paper_starts(**size, regions=regions)
-    arena = Arena(**size, landmarks_m=leds_m, regions=regions, starts=starts)
-    return train(arena, rng=rng).policy
+    return Arena(**size, landmarks_m=leds_m, regions=regions, starts=starts)
 
 
 @dataclass

@@ -67,6 +67,9 @@ def paper_starts(
     steps = np.linspace(0.0, along[-1], _BORDER_SAMPLES, endpoint=False)
     points = np.stack([np.interp(steps, along, corners[:, k]) for k in (0, 1)], axis=1)
     outside = np.array([regions.region_at(x, y) not in regions.ends for x, y in points])
+    if not outside.any():
+        allowed = '0: goal and forbidden regions cover the border'
+        raise ConfigurationError('starts.border', count, allowed)
     rising = np.flatnonzero(outside & ~np.roll(outside, 1))
     begin = -int(rising[-1]) if len(rising) else 0  # after the goal region, if a wall has it
     points = np.roll(points, begin, axis=0)[np.roll(outside, begin)]

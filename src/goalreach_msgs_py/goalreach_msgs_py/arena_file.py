@@ -159,15 +159,16 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
         return RegionMap(
             x_knots_m=x_knots_m,
             y_knots_m=y_knots_m,
-            goal=parse_region(goal, shape, own),
-            forbidden=tuple(parse_region(name, shape, own) for name in forbidden),
+            goal=parse_region(goal, shape, own, field='goal'),
+            forbidden=tuple(
+                parse_region(name, shape, own, field='forbidden') for name in forbidden
+            ),
             actions=actions,
             rewards=Rewards.read(given.get('rewards', {})),
             own_labels=own,
         )
     except ConfigurationError as error:
-        field = 'goal' if error.field == 'region' else error.field
-        raise ConfigurationError(f'regions.{field}', error.value, error.allowed) from None
+        raise ConfigurationError(f'regions.{error.field}', error.value, error.allowed) from None
 
 
 def _texts(value: object, name: str) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """The pinhole camera on its turret, pan and tilt joints, shared by simulator and localizer.
 
 Frames: `map` with z up; `camera_optical_frame` with x right, y down, z forward (REP-103). The
-optical centre is on the robot's vertical axis, so turning the head never moves it.
+optical centre is here on the robot's vertical axis; callers add what a mount moves it by.
 """
 
 from dataclasses import dataclass

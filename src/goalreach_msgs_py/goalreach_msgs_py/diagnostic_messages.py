@@ -135,7 +135,7 @@ def state_from_raw(raw: bytes) -> RegionState:
     numbers = [_number(status.values, key) for key in _state_keys(columns, rows)]
     x_m, y_m, heading_rad, goal_probability = numbers[columns + rows :]
     try:
-        region = parse_region(status.message)
+        region = parse_region(status.message, (columns, rows))
     except ConfigurationError as error:
         raise MessageError(str(error)) from None
     return RegionState(
@@ -237,7 +237,7 @@ def learner_from_raw(raw: bytes) -> Mapping[str, Any]:
     try:
         learner = json.loads(CdrReader(raw, has_header=False).text())
         return {'name': str(learner['name']), 'state': dict(learner['state'])}
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise MessageError(f'no learner: {error!r}') from None
 
 

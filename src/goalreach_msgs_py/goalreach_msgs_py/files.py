@@ -4,12 +4,13 @@ import contextlib
 import json
 import os
 from pathlib import Path
+import stat
 import tempfile
 from typing import Any, Final
 
 import yaml
 
-from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.errors import FileFormatError, GoalreachError
 
 _READABLE = 0o644
 _MAXIMUM_DEPTH: Final = 100
@@ -53,13 +54,18 @@ def write_text_atomically(path: str | Path, text: str) -> None:
 
 
 def write_bytes_atomically(path: str | Path, content: bytes) -> None:
-    """Write a file through a temporary file in the same folder and a rename.
+    """Write a file through a temporary file in the same folder and a rename; a pipe as it is.
 
     Raises:
         FileFormatError: The file cannot be written; its previous content is untouched.
     """
-    target = Path(path)
+    target, mode = Path(os.path.realpath(path)), _READABLE
     try:
+        if target.exists():
+            mode = stat.S_IMODE(target.stat().st_mode)
+            if not target.is_file():
+                target.write_bytes(content)
+                return
         descriptor, temporary = tempfile.mkstemp(dir=target.parent, prefix=f'.{target.name}.')
     except OSError as error:
         raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
@@ -68,11 +74,13 @@ def write_bytes_atomically(path: str | Path, content: bytes) -> None:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
-        Path(temporary).chmod(_READABLE)
+        Path(temporary).chmod(mode)
         Path(temporary).replace(target)
-    except OSError as error:
+    except BaseException as error:
         with contextlib.suppress(OSError):
             Path(temporary).unlink()
+        if not isinstance(error, OSError):
+            raise
         raise FileFormatError(path, f'cannot be written: {error.strerror}') from None
 
 
@@ -125,7 +133,9 @@ def load_yaml(text: str, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Any
     _check_depth(text)
     try:
         return yaml.load(text, loader)  # noqa: S506 - a safe loader, by its type
-    except (ValueError, OverflowError, RecursionError, TypeError) as error:
+    except (GoalreachError, yaml.YAMLError):
+        raise
+    except Exception as error:  # noqa: BLE001 - a value that its tag does not fit leads to any
         raise yaml.YAMLError(str(error)) from None
 
 

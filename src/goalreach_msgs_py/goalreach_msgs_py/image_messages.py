@@ -1,7 +1,4 @@
-"""Images as serialized messages, and back: whatever the encoding, grey values come out.
-
-Apart from `sensor_messages`, so that nodes without images need not load OpenCV.
-"""
+"""Images as serialized messages, and back: whatever the encoding, grey values come out."""
 
 import itertools
 from typing import Final
@@ -114,7 +111,10 @@ def decoded_image_from_raw(raw: bytes) -> NDArray[np.uint8]:
     """
     encoded = np.frombuffer(compressed_image_from_raw(raw), np.uint8)
     flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
-    image = cv2.imdecode(encoded, flags) if len(encoded) else None
+    try:
+        image = cv2.imdecode(encoded, flags) if len(encoded) else None
+    except cv2.error:  # larger than it admits
+        image = None
     if image is None:
         raise MessageError(f'data of {len(encoded)} bytes: must be an image that OpenCV decodes')
     return np.asarray(image, np.uint8)

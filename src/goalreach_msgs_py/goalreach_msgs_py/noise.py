@@ -89,9 +89,10 @@ class NoiseModel(Configuration):
     )
 
     def scaled(self, factor: float) -> 'NoiseModel':
-        """Return the model with every error times `factor`; the lens keeps its spot width."""
+        """Return the model with every error times `factor`; lens and rates stay."""
         values = {name: value * factor for name, value in vars(self).items()}
-        return NoiseModel(**{**values, 'spot_sigma_px': self.spot_sigma_px})
+        same = {'spot_sigma_px': self.spot_sigma_px, 'sample_rate_hz': self.sample_rate_hz}
+        return NoiseModel(**{**values, **same})
 
 
 _PRESETS: Final = {

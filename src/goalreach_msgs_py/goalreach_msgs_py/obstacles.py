@@ -158,9 +158,10 @@ def obstacles_from_flat(values: Sequence[float]) -> tuple[Obstacle, ...]:
     obstacles, rest = [], list(values)
     names = tuple(Obstacle.__dataclass_fields__)[:_FIELDS]
     while rest:
-        numbers, count = rest[:_FIELDS], int(rest[_FIELDS]) if len(rest) > _FIELDS else -1
+        numbers, given = rest[:_FIELDS], rest[_FIELDS] if len(rest) > _FIELDS else -1
+        count = int(given)
         points, rest = rest[_FIELDS + 1 :][: 2 * count], rest[_FIELDS + 1 + 2 * count :]
-        if not 0 <= count == len(points) / 2:
+        if not 0 <= given == count == len(points) / 2:
             allowed = f'{_FIELDS} numbers, a count of points, and two for each, of each obstacle'
             raise ConfigurationError('obstacles', tuple(values), allowed)
         track_m = tuple(zip(points[::2], points[1::2], strict=True))

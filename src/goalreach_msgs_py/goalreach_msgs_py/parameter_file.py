@@ -15,6 +15,7 @@ NodeParameters = dict[str, dict[str, Any]]
 
 _KEY = 'ros__parameters'
 _WILDCARDS = ('/**', '**', '/*')
+_DEEPEST = 20
 
 
 def read_parameters(path: str | Path | None, namespace: str = '') -> NodeParameters:
@@ -43,13 +44,15 @@ def read_parameters(path: str | Path | None, namespace: str = '') -> NodeParamet
         space, _, node = str(name).rpartition('/')
         if node not in parameters:
             raise FileFormatError(path, f'{name}: must be one of {", ".join(NODES)} or /**')
-        if space in ('', '/**', f'/{namespace}'.rstrip('/')):
+        if space.strip('/') in ('', '**', namespace):
             parameters[node].update(values)
     return parameters
 
 
 def _flatten(path: str | Path, values: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
     flat: dict[str, Any] = {}
+    if prefix.count('.') > _DEEPEST:
+        raise FileFormatError(path, f'{prefix[:60]}: is nested too deeply')
     for key, value in values.items():
         name = f'{prefix}{key}'
         if isinstance(value, dict):

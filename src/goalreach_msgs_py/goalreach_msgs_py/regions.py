@@ -59,11 +59,15 @@ def region_name(region: Region, shape: tuple[int, int] = (3, 3)) -> str:
 
 
 def parse_region(
-    name: str, shape: tuple[int, int] | None = None, own: Sequence[tuple[str, ...]] = ()
+    name: str,
+    shape: tuple[int, int] | None = None,
+    own: Sequence[tuple[str, ...]] = (),
+    *,
+    field: str = 'region',
 ) -> Region:
     """Return the region that `region_name` wrote; the shape is None where it is unknown.
 
-    Own labels of columns and rows replace the usual ones.
+    Own labels of columns and rows replace the usual ones; errors name the field.
 
     Raises:
         ConfigurationError: The text is not `X/Y` with such labels.
@@ -74,7 +78,7 @@ def parse_region(
     x_label, _, y_label = name.partition('/')
     if x_label not in known_x or y_label not in known_y:
         allowed = f'one of {"|".join(known_x)} / one of {"|".join(known_y)}'
-        raise ConfigurationError('region', name, allowed)
+        raise ConfigurationError(field, name, allowed)
     i, j = known_x.index(x_label), known_y.index(y_label)
     return (i, j) if shape else (i - 3 * (i > 2), j - 3 * (j > 2))  # noqa: PLR2004 - after the paper's three
 
@@ -154,7 +158,7 @@ class RegionMap:
             raise ConfigurationError(
                 'goal', self.goal, f'two indices in 0..{columns - 1} and 0..{rows - 1}'
             )
-        if self.actions not in ACTION_COUNTS:
+        if type(self.actions) is not int or self.actions not in ACTION_COUNTS:
             raise ConfigurationError('actions', self.actions, '4, 8 or 16')
         for region in self.forbidden:
             if region not in self.cells or region == self.goal:
@@ -280,8 +284,9 @@ class RegionConfig(Configuration):
         try:
             _ = self.region_map
         except ConfigurationError as error:
-            field = 'goal_region' if error.field == 'region' else error.field
-            raise ConfigurationError(field, error.value, error.allowed) from None
+            field = {'goal': 'goal_region', 'forbidden': 'forbidden_regions'}.get(error.field)
+            value = getattr(self, field) if field else error.value
+            raise ConfigurationError(field or error.field, value, error.allowed) from None
 
     @property
     def region_map(self) -> RegionMap:
@@ -289,8 +294,12 @@ class RegionConfig(Configuration):
         return RegionMap(
             x_knots_m=self.x_knots_m,
             y_knots_m=self.y_knots_m,
-            goal=parse_region(self.goal_region),
-            forbidden=tuple(map(parse_region, filter(None, self.forbidden_regions.split(',')))),
+            goal=parse_region(self.goal_region, field='goal'),
+            forbidden=tuple(
+                parse_region(name.strip(), field='forbidden')
+                for name in self.forbidden_regions.split(',')
+                if name
+            ),
             own_labels=tuple(tuple(a.split(',')) for a in self.labels.split('/') if a),
         )
 

@@ -186,10 +186,13 @@ def sonar_to_raw(
 
 
 def scan_from_raw(raw: bytes) -> Scan:
-    """Return a sensor_msgs/LaserScan; a range of no meaning becomes infinite, as without echo.
+    """Return a sensor_msgs/LaserScan, counter-clockwise.
+
+    A range of no meaning becomes infinite, as without echo; one too short to measure (REP-117) is
+    the shortest.
 
     Raises:
-        MessageError: It cannot be read, or its bearings are not finite.
+        MessageError: It cannot be read, or its bearings are not finite or all the same.
     """
     reader = CdrReader(raw, has_header=False)
     reader.skip('2I')
@@ -197,10 +200,15 @@ def scan_from_raw(raw: bytes) -> Scan:
     first_rad, _, step_rad, _, _, nearest_m, farthest_m = reader.numbers('7f')
     for name, value in (('angle_min', first_rad), ('angle_increment', step_rad)):
         require_finite(name, value)
+    if step_rad == 0.0:
+        raise MessageError('angle_increment = 0: must be the angle from ray to ray')
     ranges_m = tuple(
-        range_m if nearest_m <= range_m <= farthest_m else math.inf
-        for range_m in reader.sequence('f')
+        nearest_m if r == -math.inf else r if nearest_m <= r <= farthest_m else math.inf
+        for r in reader.sequence('f')
     )
+    if step_rad < 0.0:  # a scanner that turns clockwise, or hangs upside down
+        first_rad, step_rad = first_rad + step_rad * (len(ranges_m) - 1), -step_rad
+        ranges_m = ranges_m[::-1]
     return Scan(
         first_rad=first_rad, step_rad=step_rad, ranges_m=ranges_m, on_base=frame == BUMPER_FRAME
     )
@@ -224,7 +232,7 @@ def _read_bumpers(raw: bytes) -> tuple[bool, ...]:
         raise MessageError('ranges has no rays: must be one for each bumper')
     if any(map(math.isnan, ranges)):
         raise MessageError('ranges holds NaN: must be a distance or +inf')
-    return tuple(map(math.isfinite, ranges))
+    return tuple(range_m != math.inf for range_m in ranges)
 
 
 def landmarks_to_raw(

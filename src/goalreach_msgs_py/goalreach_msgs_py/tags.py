@@ -112,6 +112,9 @@ def tags_from_flat(values: Sequence[float]) -> tuple[Tag, ...]:
         raise ConfigurationError('tags', tuple(values), allowed)
     names = tuple(Tag.__dataclass_fields__)[1:]
     rows = [values[k : k + _FIELDS] for k in range(0, len(values), _FIELDS)]
+    for number, *_ in rows:
+        if number % 1.0:
+            raise ConfigurationError('tags', number, 'a whole number as the id of a tag')
     return tuple(Tag(id=int(row[0]), **dict(zip(names, row[1:], strict=True))) for row in rows)
 
 

@@ -270,6 +270,7 @@ class Acquisition:
         state = self._state
         return ImageGeometry(
             leds_m=state.leds_m,
+            led_count=len(self._config.landmark_array_m),
             camera_height_m=state.camera_height_m,
             mount_m=state.mount_m,
             turns_rad=turns_rad,

@@ -182,7 +182,7 @@ def _solve(
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
     """Solve all labellings of `size` spots with a valid initial guess."""
-    spots, leds = labellings(len(pixels_px), len(geometry.leds_m), size)
+    spots, leds = labellings(len(pixels_px), geometry.led_count, size)
     seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
@@ -232,7 +232,7 @@ def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np
     """Return whether a pose has LEDs in view that were not used; False for a panorama."""
     if np.ptp(geometry.turns_rad) > 0.0:
         return False
-    others = np.setdiff1d(np.arange(len(geometry.leds_m)), leds)[None, :]
+    others = np.setdiff1d(np.arange(geometry.led_count), leds)[None, :]
     _, seen = geometry.project(pose[None, :], others, np.zeros_like(others))
     off_centre_px = np.abs(seen.pixels_px - geometry.lens.centre_px)
     inside = (off_centre_px < geometry.lens.centre_px - _BORDER_PX).all(axis=-1)

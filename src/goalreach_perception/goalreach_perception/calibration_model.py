@@ -102,7 +102,9 @@ class DriveRecord:
 
 
 def _table(samples: Sequence[tuple[float, Pose2 | HeadAngles]], origin_s: float) -> FloatArray:
-    return np.array([(at_s - origin_s, *vars(value).values()) for at_s, value in samples])
+    """Return a row of each time; where one was sent twice, the last counts."""
+    rows = dict(samples).items()
+    return np.array([(at_s - origin_s, *vars(value).values()) for at_s, value in rows])
 
 
 class DriveModel:

@@ -233,8 +233,10 @@ class SpotDetector:
         """Return a copy of a window with one spot masked by the least of its grey values."""
         pixels, left, top = window
         pixels, u, v = pixels.copy(), int(skip_px[0] - left), int(skip_px[1] - top)
-        rows = slice(max(0, v - self._radius), v + self._radius + 1)
-        masked = pixels[rows, max(0, u - self._radius) : u + self._radius + 1]
+        rows, columns = (
+            slice(max(0, at - self._radius), max(0, at + self._radius + 1)) for at in (v, u)
+        )
+        masked = pixels[rows, columns]
         if masked.size:
             masked[:] = pixels.min()
         return pixels, left, top

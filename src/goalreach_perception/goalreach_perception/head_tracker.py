@@ -231,7 +231,7 @@ class HeadTracker:
         Args:
             joints: Encoder readings.
             heading_rad: Estimated heading.
-            offsets_m: n times x, y, z: estimated LED minus optical centre in `map`.
+            offsets_m: n times x, y, z: estimated LED minus the axis at the height of the lens.
             biases_rad: Estimated pan and tilt bias.
             lens: The lens.
             hold: LEDs to centre even if another set fits better; empty for the best set.
@@ -261,7 +261,7 @@ class HeadTracker:
         """Return azimuth and tilt that centre all LEDs, or else the most that fit, widely apart.
 
         Args:
-            offsets_m: (n, 3) estimated LED minus optical centre in `map`.
+            offsets_m: (n, 3) estimated LED minus the axis at the height of the lens.
             lens: The lens.
             heading_rad: Estimated heading, from which pan counts where there is no turret.
         """

@@ -28,7 +28,7 @@ _SETTLED_S: Final = 0.005
 a degree in it."""
 _SPAN_S: Final = 0.04, 0.15
 """Shortest and longest time over which rates are measured. Chosen: the period of a camera, and how
-late webcams are."""
+late webcams are; of settled delays a quarter, from one image to the next."""
 _RESTS_RAD_PER_S, _RESTS_SIGMAS = 0.2, 2.0
 """A slower rate counts as none, if what the uncertain delay makes of it is less than so many
 standard deviations of an encoder. Chosen: 7 sigmas of a rate from two readings."""

@@ -174,14 +174,14 @@ class LandmarkLocalizerNode(Node):
             return
         image, camera, odometry = inputs[IMAGE], inputs[CAMERA_INFO], inputs[ODOM]
         joints = inputs.get(JOINT_STATES, AT_REST)
-        own_clocks = not self._inputs.is_exact or self._camera_delay_s != 0.0
+        self._own_clocks |= not self._inputs.is_exact
         output = self._localizer.process(
             time_ns=stamp_ns,
             image=image,
             camera=camera,
             joints=joints,
             odometry=odometry,
-            sampled=self._sampled if own_clocks else None,
+            sampled=self._sampled if self._own_clocks else None,
         )
         self._publish(stamp_ns, output)
         if output.mode == 'refused':
@@ -203,6 +203,7 @@ class LandmarkLocalizerNode(Node):
     def _on_config(self, config: LocalizerConfig) -> None:
         self._localizer = LandmarkLocalizer(config, self._joints)
         self._camera_delay_s = config.camera_delay_s
+        self._own_clocks = config.camera_delay_s != 0.0
         self._monitor = SensorMonitor(config)
 
     def _publish(self, stamp_ns: int, output: LocalizerOutput) -> None:

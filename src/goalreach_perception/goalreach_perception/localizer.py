@@ -291,7 +291,9 @@ class LandmarkLocalizer:
         if not due:
             return
         fix = self._fix(matched, joints, optics)
-        fix = fix or self._acquisition.from_image(matched, joints, optics)
+        if fix is None:
+            leds = matched.select(np.flatnonzero(matched.leds < self._led_count).tolist())
+            fix = self._acquisition.from_image(leds, joints, optics)
         if fix is None:
             return
         self._fixes.add_solved()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+import math
 
 from goalreach_msgs_py.angles import deg, inches
 from goalreach_msgs_py.arena import Arena, ArenaConfig
@@ -17,6 +18,8 @@ from goalreach_perception.pose_monitor import PoseMonitorConfig
 from goalreach_perception.process_model import FilterConfig, OdometryConfig
 
 _LEAST_COORDINATES = 9
+_LEAST_COSINE = 0.1
+"""Of the pitch of a camera: one that looks along the axis of its head has no azimuth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +71,8 @@ class LocalizerConfig(ArenaConfig):
             raise ConfigurationError('landmarks_m', self.landmarks_m, allowed)
         if len(self.camera_mount) not in {0, 6}:
             raise ConfigurationError('camera_mount', self.camera_mount, 'six numbers, or none')
+        if math.cos(self.mount[4]) < _LEAST_COSINE:
+            raise ConfigurationError('camera_mount', self.camera_mount, 'a pitch below 84 degrees')
 
     @property
     def mount(self) -> tuple[float, float, float, float, float, float]:

@@ -42,17 +42,19 @@ class ImageGeometry:
     """Everything known when an image is solved.
 
     Attributes:
-        leds_m: (n, 3) estimated positions of the LEDs in `map`.
+        leds_m: (n, 3) estimated positions of the LEDs in `map`; corners of tags follow.
+        led_count: How many of them spots may be.
         mount_m: Place of the optical centre in the head: forward and left of the axis.
         turns_rad: (spots,) azimuth of the optical axis relative to the unknown azimuth: zero for
             spots of one image.
         tilts_rad: (spots,) tilt encoder reading plus estimated bias.
-        nuisance_covariance: (9 + 3 n,) squared covariance of the state vector, of which the rows
-            from the tilt bias on are used.
+        nuisance_covariance: (12 + 3 n, 12 + 3 n) covariance of the state vector without the
+            delay, of which the rows from the tilt bias on are used.
         tilt_noise_rad: Noise of the tilt encoder (1 sigma).
     """
 
     leds_m: FloatArray
+    led_count: int
     camera_height_m: float
     mount_m: tuple[float, float] = (0.0, 0.0)
     turns_rad: FloatArray
@@ -66,18 +68,18 @@ class ImageGeometry:
     ) -> tuple[FloatArray, Projection]:
         """Project LEDs from poses, each with the camera direction of its spot.
 
-        Poses are (m, 3), the indices of LEDs and spots (m, k). Returns LEDs minus the optical
-        centre, (m, k, 3), and their projection.
+        Poses are (m, 3), the indices of LEDs and spots (m, k). Returns LEDs minus the axis at the
+        height of the lens, (m, k, 3), and their projection.
         """
         offsets_m = self.leds_m[leds]
         offsets_m[..., :2] -= poses[:, None, :2]
         offsets_m[..., 2] -= self.camera_height_m
         azimuths, tilts = poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots]
-        rotations = _rotations(azimuths, tilts)
+        rotations, seen_m = _rotations(azimuths, tilts), offsets_m
         if any(self.mount_m):
             forward, left = self.mount_m
-            offsets_m -= forward * rotations[..., 2, :] - left * rotations[..., 0, :]
-        single = project(offsets_m[:, :, None, :], rotations, self.lens)
+            seen_m = offsets_m - (forward * rotations[..., 2, :] - left * rotations[..., 0, :])
+        single = project(seen_m[:, :, None, :], rotations, self.lens)
         single.by_tilt[..., 1] += self.mount_m[0] * self.lens.focal_px[1] / single.depth_m
         return offsets_m, Projection(*(array[:, :, 0] for array in single))
 

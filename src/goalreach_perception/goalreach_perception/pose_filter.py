@@ -94,7 +94,7 @@ class PoseFilter:
         last_innovation: Normalized innovation squared of the last correction, and its degrees of
             freedom; for studies of consistency.
         coarse: Whether the pose was initialized from too little for a linear filter.
-        doubted: Whether one before, at the same place, was contradicted.
+        doubted: Whether one before was contradicted; a jump of the odometry clears it.
         motion: How the camera moves, kept up to date by the user where the delay is estimated.
     """
 
@@ -286,6 +286,7 @@ class PoseFilter:
         """
         growth = self._growth_before if self.is_refuted else 1.0
         self._memory.grow(growth / self._growth)
+        self.covariance *= growth / self._growth  # of constants that are only considered, too
         self.fade(math.inf)
         self._growth, self._suspects.suspect = growth, 0
 

@@ -107,10 +107,11 @@ class OdometryModel:
         outward by their speed times the turn.
         """
         dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
-        turn = self._config.turn_scale * angle_difference(after.heading_rad, before.heading_rad)
+        read = angle_difference(after.heading_rad, before.heading_rad)
+        turn = self._config.turn_scale * read
         distance = math.hypot(dx, dy)
         x_m, y_m, heading, _, _, scale, drift = mean[:HEIGHT].tolist()
-        between = heading - before.heading_rad + 0.5 * drift * distance
+        between = heading - before.heading_rad + 0.5 * (turn - read + drift * distance)
         cosine, sine = math.cos(between), math.sin(between)
         east, north = cosine * dx - sine * dy, sine * dx + cosine * dy
         bend, slip = turn / dt_s, float(mean[SLIP])

@@ -49,7 +49,7 @@ class SensorMonitor:
         self._missing = [0] * len(self._leds_m)
         self._spurious_scans = 0
         self._frames = 0
-        self._counters = LocalizerCounters()
+        self._counters, self._has_pose = LocalizerCounters(), False
         self._lost_at: list[Pose2] = []
         self._odometry: Pose2 | None = None
         self._reported_ns: dict[str, int] = {}
@@ -108,10 +108,13 @@ class SensorMonitor:
 
     def _lost(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
         counters, before = output.counters, self._counters
-        self._counters = counters
-        if counters.lost <= before.lost:
-            replaced = counters.acquired > before.acquired > before.lost
-            return ['the pose was replaced by another that fits the image'] if replaced else []
+        self._counters, had = counters, self._has_pose
+        acquired, lost = counters.acquired > before.acquired, counters.lost > before.lost
+        self._has_pose = acquired or (had and not lost)
+        if acquired and had:
+            return ['the pose was replaced by another that fits the image']
+        if not lost:
+            return []
         self._lost_at = [*self._lost_at[1 - _LOSSES :], odometry]
         if len(self._lost_at) == _LOSSES and self._lost_at.count(odometry) == _LOSSES:
             return ['odometry stands still while the LEDs show motion']

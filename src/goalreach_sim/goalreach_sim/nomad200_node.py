@@ -112,7 +112,9 @@ class Nomad200Node(Node):
         self._ticks += 1
         if self._obstacles_move and self._ticks % _MARKER_TICKS == 0:
             obstacles = self._simulator.robot.walls.obstacles
-            self._markers.publish(obstacle_markers(obstacles, frame_prefix(self)))
+            moved = obstacle_markers(obstacles, frame_prefix(self)).markers
+            still = [one for one in self._arena.markers if one.ns != moved[0].ns]
+            self._markers.publish(MarkerArray(markers=still + moved))
         twist = frame.truth.twist
         moving = twist.linear_m_per_s != 0.0 or twist.steering_rad_per_s != 0.0
         self._guard.tick(stamp_ns, moving=moving)
@@ -171,7 +173,8 @@ class Nomad200Node(Node):
     def _on_regions(self, regions: RegionConfig) -> None:
         """Show the regions with their goal; nothing else here depends on them."""
         config, prefix = self._config.value, frame_prefix(self)
-        self._markers.publish(arena_markers(config, regions.region_map, prefix))
+        self._arena = arena_markers(config, regions.region_map, prefix)
+        self._markers.publish(self._arena)
 
     def _on_time(self, timing: TimeConfig) -> None:
         self._tick_clock.set_speed(timing.speed)

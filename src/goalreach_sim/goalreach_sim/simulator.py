@@ -1,5 +1,6 @@
 """The simulated Nomad 200 in its arena, one camera period at a time."""
 
+from copy import copy
 from dataclasses import replace
 import math
 
@@ -14,6 +15,7 @@ from goalreach_msgs_py.alignment import (
 )
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import camera_azimuth, optical_rotation
+from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
 from goalreach_sim.camera_renderer import CameraRenderer, TagPainter, true_lens
@@ -113,8 +115,14 @@ class Simulator:
         Raises:
             ConfigurationError: The body would overlap a wall or an obstacle.
         """
+        before, self.robot.walls = self.robot.walls, copy(self.robot.walls)
         self.robot.walls.restart()
-        self.robot.place(start)
+        try:
+            self.robot.place(start)
+        except ConfigurationError:
+            self.robot.walls = before
+            raise
+        self._frame = None
         self.head.place()
         self._film.clear()
         if self._encoders_stood is not None:
@@ -123,11 +131,12 @@ class Simulator:
     def change_noise(self, noise: NoiseModel) -> None:
         """Replace the robot by one with errors drawn from another noise model, and reset it.
 
-        Pose, clock and faults stay.
+        Pose, clock and faults stay; the pose moves out of an obstacle that starts there.
         """
         pose = self.robot.truth.pose
         self._build(replace(self.config, noise=noise))
-        self.reset(pose)
+        x_m, y_m = self.robot.walls.clamp(pose.x_m, pose.y_m)
+        self.reset(replace(pose, x_m=x_m, y_m=y_m))
         self.faults = self._faults
 
     @property
@@ -267,9 +276,7 @@ class Simulator:
             bumpers=bumpers,
             truth=truth,
             truth_head=self._head_angles(*self.head.true_angles_rad),
-            base_yaw_rad=math.remainder(
-                odometry.pose.heading_rad - robot.steering.position, math.tau
-            ),
+            base_yaw_rad=angle_difference(odometry.pose.heading_rad, robot.steering.position),
             sonar=sonar,
         )
 

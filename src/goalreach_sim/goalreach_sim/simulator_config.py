@@ -207,7 +207,9 @@ class TimeConfig(Configuration):
     )
     seed: int = parameter(0, 'Seed of everything random in the simulation', within=(0, 2**31 - 1))
     start_time_ns: int = parameter(
-        0, 'Initial time of the clock, ns, which a restart must not turn back', within=(0, 2**62)
+        0,
+        'Initial time of the clock, ns, which a restart must not turn back',
+        within=(0, 2 * 10**18),
     )
     answer_timeout_s: float = parameter(
         5.0, 'Wall seconds after which a silent node is reported in lockstep', within=(0.1, 3600.0)

@@ -60,8 +60,8 @@ class SonarRing:
             nearer = hit_m < range_m
             range_m, echoes = np.where(nearer, hit_m, range_m), np.where(nearer, good, echoes)
         heard_m = np.where(echoes, range_m, math.inf).reshape(SONAR_COUNT, _RAYS).min(axis=1)
-        heard_m = np.maximum(heard_m, NEAREST_M)
         heard_m *= 1.0 + config.noise.sonar_error * self.rng.standard_normal(SONAR_COUNT)
+        heard_m = np.maximum(heard_m, NEAREST_M)
         lost = self.rng.random(SONAR_COUNT) < config.noise.sonar_dropout_probability
         heard_m[lost | (heard_m > FARTHEST_M)] = math.inf
         return tuple((heard_m + radius_m).tolist())

@@ -102,7 +102,7 @@ class RealtimeClock:
         self._paused = False
         consumers = self.timing.consumer_names
         self._awaits_consumers = bool(consumers)
-        self._absent_s = time.monotonic()
+        self._absent_s = self._named_s = time.monotonic()
         self._gate = AcknowledgementGate(
             self.node, consumers, period_ns=self.period_ns, on_room=lambda: None
         )
@@ -140,8 +140,11 @@ class RealtimeClock:
 
     def _await_consumers(self) -> None:
         now_s = time.monotonic()
-        if self._gate.absent:
+        if absent := self._gate.absent:
             self._absent_s = now_s
+            if now_s - self._named_s > self.timing.answer_timeout_s:
+                self._named_s = now_s
+                self.node.get_logger().warning(f'waits for {", ".join(sorted(absent))}')
         if now_s - self._absent_s >= _SETTLE_S:
             self._awaits_consumers = False
             self._restart(self._pacer.speed)
@@ -233,7 +236,7 @@ class LockstepClock:
         self._gate.forget_lost()
         if self._stamp_ns is None:
             self._await_graph(now_s)
-        elif not self._paused and now_s - self._ticked_s > _REPEAT_S:
+        elif (self._missing or not self._paused) and now_s - self._ticked_s > _REPEAT_S:
             self._follow_chain()
             self.repeat()
             if now_s - self._named_s > self.timing.answer_timeout_s:

@@ -61,7 +61,7 @@ class CommandGuard:
         self._drivers = []
         if self.node.count_publishers(self._topic) > 1:  # counting is cheap, names are not
             infos = self.node.get_publishers_info_by_topic(self._topic)
-            names = {f'{info.node_namespace}{info.node_name}' for info in infos}
+            names = {f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos}
             self._drivers = sorted(name for name in names if _UNKNOWN not in name)
 
     def accepts(self, topic: str, stamp_ns: int) -> bool:
