@@ -4,9 +4,10 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from goalreach_bags.compare import TopicResult, compare_bags, differences
+from goalreach_bags.compare import TopicResult, _numbers, compare_bags, differences
 from goalreach_bags.decode import Decoder
 from goalreach_bags.reader import BagReader
 from small_bags import (
@@ -119,3 +120,9 @@ def test_topic_of_one_bag_alone_is_named(bags: Bags, tmp_path: Path) -> None:
         '/text': 'only in one of them',
     }
     assert bags
+
+
+def test_large_integers_that_differ_by_one_differ() -> None:
+    assert _numbers(2**53 + 1)[0] - _numbers(2**53)[0] == 1  # type: ignore[index]
+    stamps = np.array([2**60, 2**60 + 1], np.uint64)
+    assert np.diff(_numbers(stamps)) == [1]  # type: ignore[arg-type]

@@ -81,11 +81,12 @@ def _compare_field(name: str, first: Any, second: Any) -> FieldDifference | None
     return FieldDifference(name, first, second, amount)
 
 
-def _numbers(value: Any) -> NDArray[np.float64] | None:  # noqa: ANN401 - a field of any type
+def _numbers(value: Any) -> NDArray[np.longdouble] | None:  # noqa: ANN401 - a field of any type
+    """Return numbers such that 64-bit integers differ, too; None where it is none."""
     try:
         if isinstance(value, np.ndarray):
-            return value.astype(np.float64)
-        return np.array([float(value)])
+            return value.astype(np.longdouble)
+        return np.array([value if isinstance(value, int) else float(value)], np.longdouble)
     except (TypeError, ValueError):
         return None
 

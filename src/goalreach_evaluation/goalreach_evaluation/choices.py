@@ -2,6 +2,7 @@
 
 from dataclasses import fields
 from importlib import resources
+import os
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,7 @@ def choose_arena(arena: Arena | Path | str) -> Arena:
         return arena
     if arena in arena_names():
         return read_arena(ARENAS / f'{arena}.yaml')
-    if not Path(arena).exists():
+    if not os.path.exists(arena):  # noqa: PTH110 - False for a name that no file can have
         raise FileFormatError(arena, f'is no file and none of {", ".join(arena_names())}')
     return read_arena(arena)
 

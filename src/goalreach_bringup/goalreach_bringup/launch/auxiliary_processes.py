@@ -132,22 +132,26 @@ class RecorderProcess(ChildProcess):
         words = ['record', str(bag), *arguments]
         super().__init__('record', _COMMAND_LINE, words, log_path=directory / 'recorder.log')
 
-    def poll(self, *, began: bool) -> None:
+    def poll(self, *, began: bool) -> str:
         """Check that it runs: a run continues without a recorder, but does not start without.
+
+        Returns:
+            How it has ended, once; else an empty text.
 
         Raises:
             GoalreachError: It ended before the run began.
         """
         if self._reported:
-            return
+            return ''
         self.read_log()
         if self.exit_status is None:
-            return
+            return ''
         summary = self.exit_summary()
         if not began:
             raise GoalreachError(f'the recorder {summary}')
         self._reported = True
         _LOG.error('recorder: error: %s', summary)
+        return f'the recorder {summary}'
 
     def stop(self) -> str:
         """End it and wait until the bag is closed; return its last log line."""

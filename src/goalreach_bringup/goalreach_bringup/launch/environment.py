@@ -63,11 +63,12 @@ def make_run_directory() -> Path:
 
 
 def _remove_old_runs(base: Path) -> None:
-    """Remove the directories of all but the last runs; those of running processes stay."""
+    """Remove the directories of all but the last runs; of running processes and bags they stay."""
     runs = sorted(path for path in base.iterdir() if _RUN_DIRECTORY.fullmatch(path.name))
     for path in runs[:-_KEPT_RUNS]:
         running = Path('/proc', path.name.rpartition('-')[2]).exists()
-        if not running and not path.is_symlink():
+        kept = path.is_symlink() or any(path.glob('bag_*'))  # recorded from the page
+        if not running and not kept:
             shutil.rmtree(path, ignore_errors=True)
 
 

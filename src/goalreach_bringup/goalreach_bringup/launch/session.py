@@ -282,7 +282,9 @@ class RunSession:
             self._unjudged += 1
             self._report.unjudged()
         if self._recorder is not None:
-            self._recorder.poll(began=monitor.progress.last_ns > 0)
+            ended = self._recorder.poll(began=monitor.progress.last_ns > 0)
+            if ended and self.page:
+                self.page.report('record', on=False, error=ended)
         typed = self._waits_for_person and sys.stdin.isatty() and select.select([0], [], [], 0)[0]
         if typed and sys.stdin.readline():
             monitor.start_path()

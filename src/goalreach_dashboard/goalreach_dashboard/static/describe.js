@@ -4,6 +4,7 @@ const WINDOW_S = 30;
 const LOST_M = 0.5; // a band so wide belongs to a localizer that searches: it sets no scale
 const [LEFT, RIGHT, TOP, BOTTOM] = [34, 396, 8, 90];
 const points = [];
+let shown;
 let said = -Infinity;
 
 // Updates the text alternatives at most every two seconds; announces them only when asked.
@@ -33,7 +34,8 @@ export function describe(page, aloud) {
 export function drawError(page, view) {
   if (!view.error || !view.estimate) return;
   const [time, [error], [band]] = [view.estimate_s, view.error, view.estimate.ellipse];
-  if (points.length && time < points.at(-1).time) points.length = 0;
+  if (view.robot !== shown || time < points.at(-1)?.time) points.length = 0;
+  shown = view.robot;
   points.push({ time, error, band });
   while (points[0].time < time - WINDOW_S) points.shift();
   const known = points.filter((each) => each.band < LOST_M);
