@@ -67,7 +67,7 @@ def test_a_file_gives_labels_forbidden_regions_and_rewards(arena: Arena) -> None
     ('name', 'value', 'line'),
     [
         ('forbidden', ['centre/door'], 'regions.forbidden = '),
-        ('forbidden', ['centre/cellar'], "regions.goal = 'centre/cellar'"),
+        ('forbidden', ['centre/cellar'], "regions.forbidden = 'centre/cellar'"),
         ('forbidden', 'centre/table', 'regions.forbidden = '),
         ('labels', {'x': ['a', 'a', 'b'], 'y': ['d', 'e', 'f']}, 'regions.labels = '),
         ('labels', {'x': ['a', 'b']}, 'regions.labels.y is missing'),
