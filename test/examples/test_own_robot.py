@@ -57,6 +57,7 @@ def test_a_robot_that_only_moves_and_sees_reaches_the_goal(tmp_path: Path) -> No
     assert run.returncode == 0, output
     assert '1 of 1 paths declared in the goal' in output
     for words, told in (
+        (['bag', 'info', str(bag)], ['clock:      wall']),
         (['replay', str(bag), '--recompute'], ['/pose', '/landmarks']),
         (['bag', 'plot', str(bag), '--out', str(tmp_path / 'figures')], ['path.png']),
     ):

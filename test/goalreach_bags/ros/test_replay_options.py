@@ -15,7 +15,14 @@ from std_srvs.srv import Trigger
 from goalreach_bags.repair import repair_bag
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS
 import graphs
-from small_bags import FOREIGN_COUNT, string_topic, text_message, write_bag, write_foreign
+from small_bags import (
+    DEFAULT_OFFER,
+    FOREIGN_COUNT,
+    string_topic,
+    text_message,
+    write_bag,
+    write_foreign,
+)
 
 COUNT = 30
 LIMIT_S = 90.0
@@ -72,6 +79,17 @@ def test_topics_are_remapped(bag: Path) -> None:
         assert {texts[0] for texts in came.values()} == {'/a0', '/b0', '/c0'}
         assert node.count_publishers('/a') == 0
         assert 'replayed 90 messages' in output(player)
+
+
+@pytest.mark.graph
+def test_of_latched_topics_only_what_a_late_subscriber_gets_is_sent_first(tmp_path: Path) -> None:
+    offer = {**DEFAULT_OFFER, 'durability': 'transient_local', 'history': 'keep_last', 'depth': 1}
+    topics = [string_topic('/map', offers=(offer,)), string_topic('/a')]
+    messages = [('/map', k * 10_000_000, text_message(f'map {k}')) for k in range(1, 6)]
+    messages += [('/a', k * 10_000_000, text_message(f'{k}')) for k in range(1, 12)]
+    write_bag(tmp_path / 'bag', messages, topics=topics)
+    with replayed(tmp_path / 'bag', '--start', '0.085') as (_, _, player):
+        assert 'replayed 3 messages' in output(player)  # map 5, and the last two of /a
 
 
 @pytest.mark.graph

@@ -1,5 +1,6 @@
 """The player: publishes the messages of a bag at their time."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -131,7 +132,7 @@ class Player(Node):
         self._is_over = is_over
         self._key = key
         self._outputs: dict[str, Any] = {}
-        self._latched: list[str] = []
+        self._latched: dict[str, int] = {}
         self._add_publishers()
         self._first_ns, self._stop_ns = self._range()
         self.duration_ns = self._stop_ns - self._first_ns
@@ -187,7 +188,7 @@ class Player(Node):
         except RuntimeError as error:  # such as another type on the topic that it is mapped to
             raise CommandError(f'{name}: {str(error).split(", at /")[0]}') from None
         if profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
-            self._latched.append(name)
+            self._latched[name] = max(1, profile.depth)
 
     def play(self, watch: Callable[[int], None]) -> int:
         """Play to the end, or until it is stopped; return the number of messages sent.
@@ -223,7 +224,10 @@ class Player(Node):
     def _play_once(self, watch: Callable[[int], None]) -> None:
         if self._latched and self._first_ns > self._bag.first_ns:
             # What a subscriber of latched topics would have received at the start.
-            self._publish(self._bag.messages(self._latched, stop_ns=self._first_ns))
+            kept = {name: deque[BagMessage](maxlen=n) for name, n in self._latched.items()}
+            for message in self._bag.messages(kept, stop_ns=self._first_ns):
+                kept[message.topic].append(message)
+            self._publish(itertools.chain(*kept.values()))
         self._timer.jump(time.monotonic(), self._first_ns)
         self._clocked_ns = 0
         at_ns = self._first_ns
