@@ -6,6 +6,7 @@ from pathlib import Path
 import secrets
 import socket
 
+from goalreach_bringup.launch.options import parse_namespace
 from goalreach_evaluation.choices import arena_option, choose_arena
 from goalreach_msgs_py.options import CommandOptions, option
 
@@ -28,7 +29,10 @@ class Options(CommandOptions):
         maximum=65535,
     )
     arena: str = arena_option()
-    robot: str = option('', 'namespace of the robot that is shown', metavar='NAME')
+    robot: str = option(
+        '', 'namespace of the robot that is shown', metavar='NAME',
+        parse=lambda text: text and parse_namespace(text, '--robot'),
+    )  # fmt: skip
     events: Path | None = option(None, 'reports of the run that started the page', hidden=True)
     listener: int | None = option(None, 'number of the socket of that run', hidden=True, minimum=0)
 

@@ -36,10 +36,10 @@ def _parse_remap(text: str) -> str:
     return text
 
 
-def parse_namespace(text: str) -> str:
+def parse_namespace(text: str, flag: str = '--namespace') -> str:
     """Return a namespace without its leading slash."""
     if not re.fullmatch(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', text, re.ASCII):
-        raise ConfigurationError('--namespace', text, 'a ROS 2 namespace such as robot1')
+        raise ConfigurationError(flag, text, 'a ROS 2 namespace such as robot1')
     return text.removeprefix('/')
 
 

@@ -35,6 +35,8 @@ from goalreach_evaluation.starts import RunSeeds
 from goalreach_evaluation.summary_file import summarise, write_summary
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import find_policy, write_policy
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.ros.dds_profile import open_to_network
@@ -84,7 +86,8 @@ class RunSession:
         self._directory = make_run_directory()
         policy_path = find_policy(options.policy or self._directory / 'policy.json')
         if options.learn:
-            trials = int(user[CONTROLLER].get('learning.trials', 0))
+            given = user[CONTROLLER].get('learning.trials', LearningConfig().trials)
+            trials = LearningConfig(trials=given).trials
             self._learning = LearningRun.begin(
                 policy_path, self._arena, trials=trials, learner=options.learner
             )
@@ -102,6 +105,8 @@ class RunSession:
                 user=user,
                 learning=self._learning,
             )
+            if options.no_drive and parameters[ROBOT]['clock'] == 'lockstep':
+                raise ConfigurationError('--no-drive', 'clock: lockstep', 'in real time')
             self._drive_and_report(policy, parameters)
             status = self._status(policy_path)
             if self._requests is not None:
