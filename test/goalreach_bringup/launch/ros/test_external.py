@@ -269,3 +269,31 @@ def test_what_does_not_fit_gets_one_line(tmp_path: Path, words: list[str], reaso
     assert run.returncode == 2
     assert output.startswith(f'goalreach run: {reason}'), output
     assert len(output.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ('words', 'parameters', 'reason'),
+    [
+        (
+            '--no-drive --policy paper',
+            'nomad200: {ros__parameters: {clock: lockstep}}',
+            "--no-drive = 'clock: lockstep'",
+        ),
+        (
+            '--learn --policy {home}/new.json',
+            'goal_reaching_controller: {ros__parameters: {learning.trials: many}}',
+            "trials = 'many': must be a whole number",
+        ),
+    ],
+)
+def test_parameters_that_do_not_fit_get_one_line_and_leave_no_policy(
+    tmp_path: Path, words: str, parameters: str, reason: str
+) -> None:
+    path = tmp_path / 'params.yaml'
+    path.write_text(parameters)
+    given = ['run', *words.format(home=tmp_path).split(), '--params-file', str(path)]
+    with graphs.goalreach(given, domain=graphs.fresh_domain(), home=tmp_path) as run:
+        output, _ = run.communicate(timeout=60)
+    assert run.returncode == 2, output
+    assert f'goalreach run: {reason}' in output
+    assert not (tmp_path / 'new.json').exists()
