@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from goalreach_msgs_py.arena import Arena
@@ -35,3 +37,10 @@ def test_a_nested_field_is_refused_by_its_whole_name() -> None:
 def test_a_tilt_range_that_is_none_is_refused() -> None:
     with pytest.raises(ConfigurationError, match='tilt_minimum_rad'):
         HeadConfig(tilt_minimum_rad=0.5, tilt_maximum_rad=0.1)
+
+
+def test_a_camera_that_looks_along_the_axis_of_its_head_is_refused() -> None:
+    for pitch_rad in (-math.pi / 2, 1.5):
+        with pytest.raises(ConfigurationError, match='a pitch below 84 degrees'):
+            LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, pitch_rad, 0.0))
+    assert LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, math.pi, 0.0)).mount[0] == 0.1

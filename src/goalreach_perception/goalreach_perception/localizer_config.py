@@ -71,7 +71,7 @@ class LocalizerConfig(ArenaConfig):
             raise ConfigurationError('landmarks_m', self.landmarks_m, allowed)
         if len(self.camera_mount) not in {0, 6}:
             raise ConfigurationError('camera_mount', self.camera_mount, 'six numbers, or none')
-        if math.cos(self.mount[4]) < _LEAST_COSINE:
+        if abs(math.cos(self.mount[4])) < _LEAST_COSINE:
             raise ConfigurationError('camera_mount', self.camera_mount, 'a pitch below 84 degrees')
 
     @property

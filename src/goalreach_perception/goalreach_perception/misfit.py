@@ -25,7 +25,8 @@ _MISFIT = 1.3
 """Largest average that fits. Chosen: nominal drives average 0.5, at most 1.2 in 7 minutes."""
 _SUSPECT_SIGMAS, _COORDINATES = 3.5, 9
 """One of the coordinates of three LEDs so many standard deviations from what was given does not
-fit, nor do other constants as unlikely. Chosen: one of 400 drives with the presets of noise."""
+fit, nor do other constants as unlikely. Chosen: one of 400 drives with the presets of noise has
+such a coordinate."""
 _CLEARED = 0.75
 """A suspect is cleared within this part of the limit, once images have told as much of it as when
 it was found. Chosen."""
@@ -83,6 +84,11 @@ class ConstantsWatch:
         self._others = np.flatnonzero(others)
         self.suspect, self._told = 0, 0.0
 
+    @property
+    def is_place(self) -> bool:
+        """Whether the suspect is a coordinate of an LED or a tag."""
+        return self.suspect in range(self._places.start, self._places.stop)
+
     def update(self, mean: FloatArray, covariance: FloatArray) -> None:
         """Look for a suspect, or clear it once images tell that it is near what was given."""
         deviations = np.abs(mean - self._given) / self._sigmas
@@ -90,16 +96,18 @@ class ConstantsWatch:
         places, others = deviations[self._places] / self._limit, deviations[self._others]
         known = float(np.maximum(told[self._others], 0.0).sum())
         excess = (others.dot(others) / equivalent_gate(_SUSPECT_SIGMAS**2, 1, known)) ** 0.5
-        suspect, is_place = self.suspect, self._places.start <= self.suspect < self._places.stop
         if places.max() > 1.0:
             self.suspect = self._places.start + int(places.argmax())
             self._told = told[self.suspect]
-        elif excess > 1.0 and not is_place:
-            self.suspect, self._told = int(self._others[others.argmax()]), known
-        elif is_place and deviations[suspect] < _CLEARED * self._limit:
-            self.suspect = suspect if told[suspect] < self._told else 0
-        elif not is_place and excess < _CLEARED:
-            self.suspect = suspect if known < self._told else 0
+        elif not self.is_place:
+            if excess > 1.0:
+                self.suspect, self._told = int(self._others[others.argmax()]), known
+            elif excess < _CLEARED and known >= self._told:
+                self.suspect = 0
+        elif (
+            deviations[self.suspect] < _CLEARED * self._limit and told[self.suspect] >= self._told
+        ):
+            self.suspect = 0
 
 
 class FixWatch:

@@ -189,9 +189,8 @@ class PoseFilter:
         if self.coarse:
             covariance *= _COARSE_INFLATION
         added_m = _PAIR_SURVEY_M if self.coarse or self.doubted else 0.0
-        if suspect := self._suspects.suspect:
-            is_place = LEDS <= suspect < self._places.stop
-            added_m = max(added_m, _SURVEY_M if is_place else _SUSPECT_M)
+        if self._suspects.suspect:
+            added_m = max(added_m, _SURVEY_M if self._suspects.is_place else _SUSPECT_M)
         covariance[[0, 1], [0, 1]] += added_m**2
         return covariance
 
