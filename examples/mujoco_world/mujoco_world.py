@@ -62,8 +62,8 @@ def build(options: argparse.Namespace, arena: dict[str, Any]) -> Any:
     add_obstacles(spec, arena)
     spec.material('floor').reflectance = 0.15 * options.reflections
     spec.camera('eye').pos = [options.lens_offset / 1000, 0, 0]
-    spec.body('mast').pos[2] += rng.normal(0, 0.0042)
-    spec.body('head').quat = [1, 0, *rng.normal(0, 0.0009, 2)]  # halves of tilt and pan
+    spec.body('mast').pos[2] += rng.normal(0, 0.0063)
+    spec.body('head').quat = [1, 0, *rng.normal(0, 0.0013, 2)]  # halves of tilt and pan
     fit_wheels(spec, TYRES[options.tyres], rng)
     return spec.compile()
 
@@ -82,7 +82,7 @@ class Robot:
         self.columns, self.rows = model.cam_resolution[0].tolist()
         self.calibrated_px = self.rows / 2 / math.tan(math.radians(model.cam_fovy[0]) / 2)
         rng = np.random.default_rng(options.seed)
-        self.focal_px = self.calibrated_px * rng.normal(1, 0.002)
+        self.focal_px = self.calibrated_px * rng.normal(1, 0.003)
         paint_walls(model, options, rng)
         self.whole, self.view = mujoco.Renderer(model, self.rows, self.columns), mujoco.MjvOption()
         self.tile = mujoco.Renderer(model, TILE, TILE)
@@ -294,7 +294,7 @@ class World:
         names = [model.joint(i).name for i in range(model.njnt) if '_' in model.joint(i).name]
         angles = np.array([data.joint(name).qpos[0] for name in names])
         if self.robot.synchro:
-            angles += self.rng.normal(0, (0, 0.0006, 0.0006))
+            angles += self.rng.normal(0, (0, 0.0009, 0.0009))
             angles[0] = math.remainder(angles[0] - self.robot.steered(), math.tau)
         header, position = self._header('base_link'), angles.tolist()
         self._send('/joint_states', JointState(header=header, name=names, position=position))

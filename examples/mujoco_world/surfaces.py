@@ -27,7 +27,7 @@ def add_lights(spec: Any, arena: dict[str, Any], options: argparse.Namespace, rn
     """Add the LEDs and what options ask for: lamps, and reflections of all in the floor."""
     add, light = spec.worldbody.add_geom, spec.find_default('light')
     width, length = arena['width_m'], arena['length_m']
-    leds_m = rng.normal(arena.get('leds_m', []), 0.0017)
+    leds_m = rng.normal(arena.get('leds_m', []), 0.0025)
     lights = [(*led_m, options.led_radius / 1000, 3 / options.led_radius) for led_m in leds_m]
     if options.lamps:  # a bulb, and one that looks like an LED
         lights += [(0.3 * width, 0.05, 2.2, 0.03, 0.8), (width, 0.6 * length, 1.5, 0.005, 0.4)]
@@ -54,9 +54,9 @@ def hang(spec: Any, tag: dict[str, Any], rng: Any) -> None:
     flat = mujoco.mjtTexture.mjTEXTURE_2D
     spec.add_texture(name=name, type=flat, width=512, height=512, nchannel=3, data=ink.tolist())
     spec.add_material(name=name).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
-    facing = math.radians(tag['facing_deg']) + rng.normal(0, 0.007)
+    facing = math.radians(tag['facing_deg']) + rng.normal(0, 0.01)
     out, half = np.array([math.cos(facing), math.sin(facing), 0]), facing / 2 + math.pi / 4
-    wrong, side = rng.normal(0, 0.0017, 3), 0.625 * tag['size_m']
+    wrong, side = rng.normal(0, 0.0025, 3), 0.625 * tag['size_m']
     wrong += max(0.003 - wrong @ out, 0) * out  # no paper lies inside its wall
     spec.worldbody.add_geom(
         spec.find_default('page'), size=[side, side, 1], material=name,
