@@ -47,7 +47,9 @@ class _Monitor(RunMonitor):
     And counts how often a bumper is pressed anew, since the robot was placed at the start.
     """
 
-    def __init__(self, starts: Sequence[Pose2], on_path: Callable[[PathResult], None]) -> None:
+    def __init__(
+        self, starts: Sequence[Pose2], on_path: Callable[[PathResult | None], None]
+    ) -> None:
         policy = read_policy('paper')
         super().__init__(PathEvaluator(starts, policy.regions), policy, 'fuzzy', on_path)
         self._starts = starts
@@ -113,13 +115,16 @@ def drive(
         seed: Seed of the world's errors of construction.
     """
     done: list[dict[str, Any]] = []
+
+    def on_path(path: PathResult | None) -> None:
+        if path is not None:
+            done.append({**path.to_json(), **monitor.found})
+
     use_profile(fast_dds_profile())
     with GraphTestRig.open() as rig, rig.run(_commands(world, told, starts, seed, rig.folder)):
         rclpy.init(args=[], domain_id=rig.domain)
         try:
-            monitor: _Monitor = _Monitor(
-                starts, lambda path: done.append({**path.to_json(), **monitor.found})
-            )
+            monitor = _Monitor(starts, on_path)
             for number in range(len(starts)):
                 while not done[number:] and time.monotonic() - monitor.ticked_s < _SILENCE_S:
                     rclpy.spin_once(monitor, timeout_sec=0.1)

@@ -6,7 +6,7 @@ import itertools
 import pytest
 
 from goalreach_bringup.launch.path_evaluator import PathEvaluator
-from goalreach_evaluation.path_metrics import Tick
+from goalreach_evaluation.path_metrics import PathResult, Tick
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import PathOutcome, Pose2
 
@@ -19,17 +19,22 @@ def tick(stamp: int, x: float, y: float) -> Tick:
     return Tick(time_ns=stamp, truth=truth, estimate=truth, commanded_heading_rad=0.0)
 
 
+def judged(results: Sequence[PathResult | None]) -> list[PathResult]:
+    assert None not in results
+    return [result for result in results if result is not None]
+
+
 @pytest.mark.parametrize('outcome_first', [False, True])
 def test_a_path_ends_with_the_tick_of_its_outcome(outcome_first: bool) -> None:  # noqa: FBT001
     evaluator = PathEvaluator([START], REGIONS)
     results = []
     ticks = [tick(0, 9.0, 9.0), tick(1, 0.5, 3.0), tick(2, 1.5, 3.0), tick(3, 1.7, 0.5)]
     if outcome_first:
-        results += evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+        results += judged(evaluator.add_outcome(3, 0, PathOutcome.GOAL))
     for each in ticks:
-        results += evaluator.add_tick(each)
+        results += judged(evaluator.add_tick(each))
     if not outcome_first:
-        results += evaluator.add_outcome(3, 0, PathOutcome.GOAL)
+        results += judged(evaluator.add_outcome(3, 0, PathOutcome.GOAL))
     (result,) = results
     assert result.outcome == 'goal'
     assert result.length_m == pytest.approx(1.0 + (0.2**2 + 2.5**2) ** 0.5)
@@ -40,7 +45,7 @@ def test_a_goal_outside_the_goal_region_is_false() -> None:
     evaluator = PathEvaluator([START], REGIONS)
     for each in (tick(1, 0.5, 3.0), tick(2, 0.5, 0.5)):
         assert not evaluator.add_tick(each)
-    (result,) = evaluator.add_outcome(2, 0, PathOutcome.GOAL)
+    (result,) = judged(evaluator.add_outcome(2, 0, PathOutcome.GOAL))
     assert result.outcome == 'false-goal'
 
 
@@ -57,9 +62,9 @@ def test_ticks_between_the_end_and_the_next_placing_belong_to_no_path() -> None:
     outcomes = {2: (0, PathOutcome.BUMP), 5: (1, PathOutcome.TIMEOUT)}
     results = []
     for each in ticks:
-        results += evaluator.add_tick(each)
+        results += judged(evaluator.add_tick(each))
         if each.time_ns in outcomes:
-            results += evaluator.add_outcome(each.time_ns, *outcomes[each.time_ns])
+            results += judged(evaluator.add_outcome(each.time_ns, *outcomes[each.time_ns]))
     assert [r.outcome for r in results] == ['bump', 'timeout']
     assert [r.length_m for r in results] == pytest.approx([0.1, 0.1])
     assert results[1].start == other
@@ -79,9 +84,9 @@ def test_it_does_not_matter_when_an_outcome_arrives() -> None:
         results = []
         for kind, stamp in order:
             if kind == 'tick':
-                results += evaluator.add_tick(tick(stamp, 0.5, 1.0 + 0.1 * stamp))
+                results += judged(evaluator.add_tick(tick(stamp, 0.5, 1.0 + 0.1 * stamp)))
             else:
-                results += evaluator.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP)
+                results += judged(evaluator.add_outcome(stamp, stamp // 2 - 1, PathOutcome.BUMP))
         lengths.add(tuple(round(r.length_m, 9) for r in results))
     assert lengths == {(0.1, 0.1)}
 
@@ -91,10 +96,9 @@ def test_a_lost_last_tick_is_made_up_for_by_the_next() -> None:
     for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
         assert not evaluator.add_tick(each)
     assert not evaluator.add_outcome(3, 0, PathOutcome.GOAL)
-    assert evaluator.has_pending_outcome
-    (result,) = evaluator.add_tick(tick(4, 0.5, 3.0))
+    (result,) = judged(evaluator.add_tick(tick(4, 0.5, 3.0)))
     assert result.outcome == 'goal'
-    assert not evaluator.has_pending_outcome
+    assert not evaluator.evaluate_pending()
 
 
 def test_silence_settles_what_waits_for_a_tick() -> None:
@@ -102,7 +106,7 @@ def test_silence_settles_what_waits_for_a_tick() -> None:
     for each in (tick(1, 0.5, 3.0), tick(2, 1.7, 0.5)):
         assert not evaluator.add_tick(each)
     assert not evaluator.add_outcome(3, 0, PathOutcome.BUMP)
-    (result,) = evaluator.evaluate_pending()
+    (result,) = judged(evaluator.evaluate_pending())
     assert result.outcome == 'bump'
     assert evaluator.evaluate_pending() == []
 
@@ -110,7 +114,7 @@ def test_silence_settles_what_waits_for_a_tick() -> None:
 def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
     evaluator = PathEvaluator([START], REGIONS)
     assert not evaluator.add_tick(tick(5, 1.7, 0.5))
-    (result,) = evaluator.add_outcome(5, 0, PathOutcome.TIMEOUT)
+    (result,) = judged(evaluator.add_outcome(5, 0, PathOutcome.TIMEOUT))
     assert (result.outcome, result.length_m) == ('timeout', 0.0)
 
 
@@ -119,19 +123,20 @@ def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> N
     ticks = [tick(1, 0.5, 3.0), tick(2, 1.0, 3.0), tick(3, 0.5, 3.0), tick(4, 0.5, 2.9)]
     for each in ticks:
         assert not evaluator.add_tick(each)
-    (result,) = evaluator.add_outcome(4, 1, PathOutcome.BUMP)
+    skipped, *others = evaluator.add_outcome(4, 1, PathOutcome.BUMP)
+    assert skipped is None
+    (result,) = judged(others)
     assert result.outcome == 'bump'
     assert result.length_m == pytest.approx(0.1)
     assert result.duration_s == pytest.approx(1e-9)
-    assert evaluator.unjudged == [0]
-    assert (evaluator.progress.path, evaluator.has_pending_outcome) == (2, False)
+    assert (evaluator.path, evaluator.evaluate_pending()) == (2, [])
 
 
 def test_a_path_of_which_no_tick_was_heard_is_counted() -> None:
     evaluator = PathEvaluator([START], REGIONS)
     assert not evaluator.add_outcome(3, 0, PathOutcome.GOAL)
-    assert not evaluator.evaluate_pending()
-    assert (evaluator.unjudged, evaluator.progress.path) == ([0], 1)
+    assert evaluator.evaluate_pending() == [None]
+    assert evaluator.path == 1
 
 
 def test_an_outcome_that_comes_twice_counts_once() -> None:
@@ -139,4 +144,4 @@ def test_an_outcome_that_comes_twice_counts_once() -> None:
     assert not evaluator.add_tick(tick(1, 0.5, 3.0))
     assert len(evaluator.add_outcome(1, 0, PathOutcome.BUMP)) == 1
     assert not evaluator.add_outcome(1, 0, PathOutcome.BUMP)
-    assert not evaluator.has_pending_outcome
+    assert not evaluator.evaluate_pending()

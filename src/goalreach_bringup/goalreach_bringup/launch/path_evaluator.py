@@ -24,7 +24,7 @@ class Progress:
     Attributes:
         path: Number of the current path.
         placed: Whether the robot has been placed for it.
-        last_ns: Last stamp evaluated.
+        last_ns: Last stamp of the truth, evaluated or not; 0 before the first.
         truth: True pose at that stamp, or None before the first.
     """
 
@@ -39,15 +39,14 @@ class PathEvaluator:
     """Splits the stream of ticks into paths and evaluates each.
 
     Outcomes arrive in the order of their paths. A path whose outcome or ticks were not received is
-    not judged, but counted, and evaluation continues with the next one.
+    not judged: its result is None, and evaluation continues with the next one.
 
     Attributes:
         starts: Start poses in the order driven, or empty where the robot is not placed.
         regions: The region map, for the true goal.
         first_path: Number of the first path.
         judged: Whether ticks hold the truth; otherwise its place is taken by the estimate.
-        last_ns: Stamp of the last tick.
-        unjudged: Numbers of the paths that ended and could not be judged.
+        path: Number of the current path.
     """
 
     starts: Sequence[Pose2]
@@ -55,26 +54,18 @@ class PathEvaluator:
     _: KW_ONLY
     first_path: int = 0
     judged: bool = True
-    last_ns: int = 0
-    unjudged: list[int] = field(default_factory=list)
+    _last_ns: int = 0
     _ticks: list[Tick] = field(default_factory=list)
     _outcomes: dict[int, tuple[int, PathOutcome]] = field(default_factory=dict)
     _truth: Pose2 | None = None
 
     def __post_init__(self) -> None:
-        self._path = self.first_path
+        self.path = self.first_path
 
     @property
-    def has_pending_outcome(self) -> bool:
-        """Whether the tick of an outcome's stamp has not arrived yet."""
-        return bool(self._outcomes)
-
-    @property
-    def progress(self) -> Progress:
-        """Progress of the run."""
-        return Progress(
-            path=self._path, placed=bool(self._ticks), last_ns=self.last_ns, truth=self._truth
-        )
+    def has_begun(self) -> bool:
+        """Whether the current path has a tick: the robot has been placed for it."""
+        return bool(self._ticks)
 
     def move_goal(self, goal: Region) -> None:
         """Judge by the new goal region of the controller from now on."""
@@ -88,51 +79,52 @@ class PathEvaluator:
         """Discard the ticks of the current path: a restarted robot has a new clock."""
         self._ticks.clear()
         self._outcomes.clear()
-        self.last_ns = 0
+        self._last_ns = 0
 
-    def add_tick(self, tick: Tick) -> list[PathResult]:
+    def add_tick(self, tick: Tick) -> list[PathResult | None]:
         """Add a tick; return the paths that it completes. A repeated tick is ignored."""
-        if tick.time_ns <= self.last_ns:
+        if tick.time_ns <= self._last_ns:
             return []
         self._ticks.append(tick)
-        self.last_ns, self._truth = tick.time_ns, tick.truth
+        self._last_ns, self._truth = tick.time_ns, tick.truth
         return self._evaluate()
 
-    def add_outcome(self, time_ns: int, path: int, outcome: PathOutcome) -> list[PathResult]:
+    def add_outcome(
+        self, time_ns: int, path: int, outcome: PathOutcome
+    ) -> list[PathResult | None]:
         """Add an outcome from the controller; return the paths that it completes."""
-        if path >= self._path:
+        if path >= self.path:
             self._outcomes[path] = (time_ns, outcome)
         return self._evaluate()
 
-    def evaluate_pending(self) -> list[PathResult]:
+    def evaluate_pending(self) -> list[PathResult | None]:
         """Return the paths with a known outcome, without waiting for their last ticks."""
         return self._evaluate(final=True)
 
-    def _evaluate(self, *, final: bool = False) -> list[PathResult]:
+    def _evaluate(self, *, final: bool = False) -> list[PathResult | None]:
         """Close the current path once its outcome and a tick of that stamp or later are known.
 
         On an overloaded machine ticks are lost in transport; then the nearest one counts.
         """
-        results: list[PathResult] = []
+        results: list[PathResult | None] = []
         while self._outcomes:
             path = min(self._outcomes)
             end_ns, outcome = self._outcomes[path]
-            if self.last_ns < end_ns and not final:
+            if self._last_ns < end_ns and not final:
                 break
             del self._outcomes[path]
             count = bisect_right(self._ticks, end_ns, key=lambda tick: tick.time_ns)
             ticks, self._ticks = self._ticks[:count], self._ticks[count:]
             truth = ticks[-1].truth if ticks else self._truth
-            skipped = range(self._path, path)
-            self._path = path
-            self.unjudged.extend(skipped)
+            skipped, self.path = path - self.path, path
+            results += [None] * skipped
             if truth is None:
-                self.unjudged.append(path)
+                results.append(None)
             else:
                 placed = bool(self.starts) and not skipped
                 driven = ticks if placed else self._since_last_placing(ticks)
                 results.append(self._close(driven, truth, outcome))
-            self._path += 1
+            self.path += 1
         return results
 
     def _close(self, ticks: list[Tick], truth: Pose2, outcome: PathOutcome) -> PathResult:
@@ -155,7 +147,7 @@ class PathEvaluator:
         return ticks[began:]
 
     def _start(self, truth: Pose2) -> Pose2:
-        return self.starts[self._path % len(self.starts)] if self.starts else truth
+        return self.starts[self.path % len(self.starts)] if self.starts else truth
 
     def _is_at_start(self, tick: Tick) -> bool:
         start = self._start(tick.truth)

@@ -59,26 +59,26 @@ class RunReport(logging.Handler):
         console = Console(stderr=is_problem, highlight=False, soft_wrap=True)
         console.print(record.getMessage(), markup=False, style=style)
 
-    def path(self, result: PathResult) -> None:
-        """Print the result of a path."""
+    @property
+    def is_complete(self) -> bool:
+        """Whether all paths of the run have been printed."""
+        return 0 < self._total <= self._done
+
+    def path(self, result: PathResult | None) -> None:
+        """Print the result of a path, or that it ended without being judged."""
         self._done += 1
+        number = f'{self._done}/{self._total}' if self._total else str(self._done)
+        if result is None:
+            _LOG.warning('path %7s  its end was not received: not judged', number)
+            return
         start = result.start
         line = (
-            f'path {self._number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
+            f'path {number:>7}  start {start.x_m:5.2f} m {start.y_m:5.2f} m '
             f'{math.degrees(start.heading_rad):6.1f} deg  '
             f'{result.outcome:<10} {result.duration_s:5.1f} s  {result.length_m:5.2f} m'
         )
         style = '' if result.outcome in ('goal', 'declared') else _BAD
         _LOG.info(line, extra={'style': style})
-
-    def unjudged(self) -> None:
-        """Print that a path ended without being judged."""
-        self._done += 1
-        _LOG.warning('path %7s  its end was not received: not judged', self._number)
-
-    @property
-    def _number(self) -> str:
-        return f'{self._done}/{self._total}' if self._total else str(self._done)
 
     def table(self, tally: PathTally, *, mode: str, sim_time_s: float, wall_time_s: float) -> None:
         """Print the table at the end of a run."""

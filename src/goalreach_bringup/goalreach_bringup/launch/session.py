@@ -67,7 +67,6 @@ class RunSession:
         self._starts = choose_starts(options, self._arena, self._seeds)
         self._results: list[PathResult] = []
         self._tally = PathTally()
-        self._unjudged = 0
         self._learning: LearningRun | None = None
         self._recorder: RecorderProcess | None = None
         self._requests: RunRequests | None = None
@@ -85,16 +84,18 @@ class RunSession:
         user = read_parameters(options.params_file, options.namespace)
         self._directory = make_run_directory()
         policy_path = find_policy(options.policy or self._directory / 'policy.json')
+        total = options.paths
         if options.learn:
             given = user[CONTROLLER].get('learning.trials', LearningConfig().trials)
             trials = LearningConfig(trials=given).trials
             self._learning = LearningRun.begin(
                 policy_path, self._arena, trials=trials, learner=options.learner
             )
-        self._report = RunReport(quiet=options.quiet, total=self._total_paths())
+            total = self._learning.remaining(options.paths, len(self._starts))
+        self._report = RunReport(quiet=options.quiet, total=total)
         with self._report:
             policy = self._policy(policy_path)
-            if self._learning is not None and not self._total_paths():
+            if options.learn and not total:
                 return self._status(policy_path)
             parameters = plan_parameters(
                 options,
@@ -130,12 +131,6 @@ class RunSession:
                 self._drive(policy, parameters, shows_page=shows_page)
             finally:
                 self._summarise(parameters, mode, time.monotonic() - began_s)
-
-    def _total_paths(self) -> int:
-        """Return how many paths are to be driven in this run, 0 where there is no end."""
-        if self._learning is not None:
-            return self._learning.remaining(self._options.paths, len(self._starts))
-        return self._options.paths
 
     def _policy(self, path: Path) -> Policy:
         if self._learning is not None:
@@ -178,7 +173,7 @@ class RunSession:
             if self._requests is not None:
                 stopped = self._stop.requested or self._requests.ends
                 reason = 'stopped' if stopped else 'an error'
-                reason = 'all paths driven' if self._complete() else reason
+                reason = 'all paths driven' if self._report.is_complete else reason
                 self._requests.page.report('end', reason=reason)
             if graph is not None:
                 graph.stop()
@@ -283,9 +278,6 @@ class RunSession:
     def _is_over(self, monitor: RunMonitor) -> bool:
         began_ns = (monitor.began_ns or 0) if ROBOT in self._external.names else 0
         self._sim_time_s = max(0, monitor.progress.last_ns - began_ns) * 1e-9
-        while self._unjudged < monitor.unjudged:
-            self._unjudged += 1
-            self._report.unjudged()
         if self._recorder is not None:
             ended = self._recorder.poll(began=monitor.progress.last_ns > 0)
             if ended and self.page:
@@ -293,22 +285,19 @@ class RunSession:
         typed = self._waits_for_person and sys.stdin.isatty() and select.select([0], [], [], 0)[0]
         if typed and sys.stdin.readline():
             monitor.start_path()
-        return self._complete()
+        return self._report.is_complete
 
-    def _complete(self) -> bool:
-        total = self._total_paths()
-        return bool(total) and self._tally.paths + self._unjudged >= total
-
-    def _on_path(self, result: PathResult) -> None:
-        """Count and print a result; keep it only for a summary: a run may last for days."""
-        self._tally.add(result)
-        if self._options.summary:
-            self._results.append(result)
-        if self._requests is not None:
-            self._requests.add_path(result)
+    def _on_path(self, result: PathResult | None) -> None:
+        """Print and count a result; keep it only for a summary: a run may last for days."""
         self._report.path(result)
+        if result is not None:
+            self._tally.add(result)
+            if self._options.summary:
+                self._results.append(result)
+            if self._requests is not None:
+                self._requests.add_path(result)
         placed = bool(self._starts or self._options.placement_service)
-        self._waits_for_person = not (placed or self._complete())
+        self._waits_for_person = not (placed or self._report.is_complete)
         if self._waits_for_person:
             if sys.stdin.isatty():  # what was typed while the robot drove
                 termios.tcflush(sys.stdin, termios.TCIFLUSH)

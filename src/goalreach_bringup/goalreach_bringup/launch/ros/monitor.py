@@ -1,7 +1,6 @@
 """The launcher's own node: evaluates the paths that the graph drives."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 import math
 import time
 from typing import Any
@@ -44,6 +43,8 @@ _ACKNOWLEDGED_TICKS = 10
 class RunMonitor(Node):
     """Follows truth, state and transitions and passes finished paths to the launcher.
 
+    A path that could not be judged is passed as None.
+
     Publishes: acknowledgements of ticks (see `Acknowledger`).
     Serves, where it has no starts: `~/start`, which begins the path that waits for a person.
     Subscribes: `/ground_truth/odom`, `/state`, `/q_learning/q_table`, and, once it has received
@@ -59,7 +60,7 @@ class RunMonitor(Node):
         evaluator: PathEvaluator,
         policy: Policy,
         mode: str,
-        on_path: Callable[[PathResult], None],
+        on_path: Callable[[PathResult | None], None],
         remaps: Sequence[str] = (),
     ) -> None:
         super().__init__(topics.MONITOR, cli_args=remap_arguments(remaps))
@@ -88,14 +89,10 @@ class RunMonitor(Node):
 
     @property
     def progress(self) -> Progress:
-        """Progress of the run; its clock and pose are the last received, evaluated or not."""
-        progress = self._evaluator.progress
-        if self._last_truth is None:
-            return progress
-        stamp_ns, truth = self._last_truth
-        if stamp_ns <= progress.last_ns:
-            return progress
-        return replace(progress, last_ns=stamp_ns, truth=truth)
+        """Progress of the run."""
+        path, placed = self._evaluator.path, self._evaluator.has_begun
+        last_ns, truth = self._last_truth or (0, None)
+        return Progress(path=path, placed=placed, last_ns=last_ns, truth=truth)
 
     def start_path(self) -> None:
         """Begin the path that waits until somebody has placed the robot."""
@@ -110,11 +107,6 @@ class RunMonitor(Node):
         if response.success:
             self.start_path()
         return response
-
-    @property
-    def unjudged(self) -> int:
-        """Number of paths that ended and could not be judged."""
-        return len(self._evaluator.unjudged)
 
     def _aligner(self) -> InputAligner:
         return InputAligner(topics.STATE, self._followers, wait_s=math.inf, depth=200)
@@ -183,10 +175,7 @@ class RunMonitor(Node):
         """Evaluate paths whose last ticks were lost: after the last path no more arrive."""
         if self._last_truth is not None:
             self._acknowledger.acknowledge(self._last_truth[0])
-        if (
-            self._evaluator.has_pending_outcome
-            and time.monotonic() - self._received_s > _SILENCE_S
-        ):
+        if time.monotonic() - self._received_s > _SILENCE_S:
             for result in self._evaluator.evaluate_pending():
                 self._on_path(result)
 
