@@ -106,11 +106,12 @@ def subscribe_raw(
     *,
     entity_id: str | None = None,
 ) -> None:
-    """Subscribe to serialized messages that begin with a stamp; see `advertise` for names and QoS.
+    """Subscribe to serialized messages; see `advertise` for names and QoS.
 
-    The callback is given the stamp, nanoseconds, and the message. A `MessageError` that it raises
-    is logged, and the message dropped. A second subscription of the node to the same topic would
-    take over the parameters of the first: `entity_id` tells it apart, in
+    The callback is given the stamp that the message begins with, nanoseconds (without meaning for
+    a type that has none), and the message. A `MessageError` that it raises is logged, and the
+    message dropped. A second subscription of the node to the same topic would take over the
+    parameters of the first: `entity_id` tells it apart, in
     `qos_overrides.TOPIC.subscription_ID.*`.
     """
 

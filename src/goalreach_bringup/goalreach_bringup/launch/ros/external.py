@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 import logging
 import os
 import time
@@ -130,23 +131,20 @@ class ExternalWatch:
         for name in external.names:
             topic, kind = _SIGNS[name]
             kind = self._command if name == topics.CONTROLLER else kind
-            hear = self._hearer(name)
+            hear = partial(self._hear, name)
             node.create_subscription(kind, topics.relative_name(topic), hear, SENSOR_QOS, raw=True)
 
-    def _hearer(self, name: str) -> Callable[[bytes], None]:
-        def hear(raw: bytes) -> None:
-            self._heard_s[name] = time.monotonic()
-            if name != topics.ROBOT:
-                return
-            try:
-                stamp_ns = stamp_of(raw)
-            except MessageError:
-                return
-            if stamp_ns < self._newest_ns - RESTARTED_NS:
-                self._clock_restarted, self._newest_ns = True, stamp_ns
-            self._newest_ns = max(self._newest_ns, stamp_ns)
-
-        return hear
+    def _hear(self, name: str, raw: bytes) -> None:
+        self._heard_s[name] = time.monotonic()
+        if name != topics.ROBOT:
+            return
+        try:
+            stamp_ns = stamp_of(raw)
+        except MessageError:
+            return
+        if stamp_ns < self._newest_ns - RESTARTED_NS:
+            self._clock_restarted, self._newest_ns = True, stamp_ns
+        self._newest_ns = max(self._newest_ns, stamp_ns)
 
     def poll(self, now_s: float, *, drives: bool) -> bool:
         """Log nodes that fall silent or return; return whether the robot's clock has restarted.

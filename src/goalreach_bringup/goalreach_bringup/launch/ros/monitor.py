@@ -1,6 +1,7 @@
 """The launcher's own node: evaluates the paths that the graph drives."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 import math
 import time
 from typing import Any
@@ -74,12 +75,11 @@ class RunMonitor(Node):
         self._newest_ns: dict[str, int] = {}
         self._followers = {topics.GROUND_TRUTH: interpolate_odometry} if evaluator.judged else {}
         self._inputs = self._aligner()
-        subscribe_raw(self, DiagnosticArray, topics.STATE, self._collector(topics.STATE), DEEP_QOS)
+        state, truth = topics.STATE, topics.GROUND_TRUTH
+        subscribe_raw(self, DiagnosticArray, state, partial(self._collect, state), DEEP_QOS)
         if evaluator.judged:
-            truth = topics.GROUND_TRUTH
-            subscribe_raw(self, Odometry, truth, self._collector(truth), DEEP_QOS)
-        name = topics.relative_name(topics.Q_TABLE)
-        self.create_subscription(Float64MultiArray, name, self._on_q_table, LATCHED_QOS, raw=True)
+            subscribe_raw(self, Odometry, truth, partial(self._collect, truth), DEEP_QOS)
+        subscribe_raw(self, Float64MultiArray, topics.Q_TABLE, self._on_q_table, LATCHED_QOS)
         self._acknowledger = Acknowledger(self, window_ticks=_WINDOW_TICKS)
         self._ticks = 0
         if not evaluator.starts:
@@ -121,26 +121,23 @@ class RunMonitor(Node):
             self._last_truth = None
         self._newest_ns[topic] = max(newest_ns, stamp_ns)
 
-    def _collector(self, topic: str) -> Callable[[int, bytes], None]:
-        def collect(stamp_ns: int, raw: bytes) -> None:
-            self._received_s = time.monotonic()
-            self._note_stamp(topic, stamp_ns)
-            value: object = raw
-            if topic == topics.GROUND_TRUTH:
-                value = truth = odometry_from_raw(raw)
-                self._last_truth = (stamp_ns, truth.pose)
-            for tick_ns, inputs in self._inputs.add(topic, stamp_ns, value, self._received_s):
-                if self._ticks == 0:  # the ends of paths are received once their ticks are
-                    kind, name = DiagnosticArray, topics.TRANSITION
-                    subscribe_raw(self, kind, name, self._on_action, DEEP_QOS)
-                self._ticks += 1
-                if self._ticks % _ACKNOWLEDGED_TICKS == 0:
-                    self._acknowledger.acknowledge(tick_ns)
-                judged = topics.GROUND_TRUTH in inputs
-                truth_pose = inputs[topics.GROUND_TRUTH].pose if judged else None
-                self._on_tick(tick_ns, truth_pose, inputs[topics.STATE])
-
-        return collect
+    def _collect(self, topic: str, stamp_ns: int, raw: bytes) -> None:
+        self._received_s = time.monotonic()
+        self._note_stamp(topic, stamp_ns)
+        value: object = raw
+        if topic == topics.GROUND_TRUTH:
+            value = truth = odometry_from_raw(raw)
+            self._last_truth = (stamp_ns, truth.pose)
+        for tick_ns, inputs in self._inputs.add(topic, stamp_ns, value, self._received_s):
+            if self._ticks == 0:  # the ends of paths are received once their ticks are
+                kind, name = DiagnosticArray, topics.TRANSITION
+                subscribe_raw(self, kind, name, self._on_action, DEEP_QOS)
+            self._ticks += 1
+            if self._ticks % _ACKNOWLEDGED_TICKS == 0:
+                self._acknowledger.acknowledge(tick_ns)
+            judged = topics.GROUND_TRUTH in inputs
+            truth_pose = inputs[topics.GROUND_TRUTH].pose if judged else None
+            self._on_tick(tick_ns, truth_pose, inputs[topics.STATE])
 
     def _on_tick(self, stamp_ns: int, truth: Pose2 | None, raw_state: bytes) -> None:
         state = state_from_raw(raw_state)
@@ -179,15 +176,11 @@ class RunMonitor(Node):
             for result in self._evaluator.evaluate_pending():
                 self._on_path(result)
 
-    def _on_q_table(self, raw: bytes) -> None:
-        try:
-            q = q_table_from_raw(raw)
-        except MessageError as error:
-            self.get_logger().error(f'{topics.Q_TABLE}: {error}')
-            return
+    def _on_q_table(self, _: int, raw: bytes) -> None:
+        q = q_table_from_raw(raw)
         if np.array_equal(q, self._policy.q):
             return
-        if policy := Policy.of_table(q, self._evaluator.regions):
-            self._policy = policy
-        else:
-            self.get_logger().error(f'{topics.Q_TABLE}: {q.shape} does not fit the regions')
+        policy = Policy.of_table(q, self._evaluator.regions)
+        if policy is None:
+            raise MessageError(f'{q.shape} does not fit the regions')
+        self._policy = policy
