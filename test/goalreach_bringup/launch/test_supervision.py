@@ -113,7 +113,7 @@ def test_no_node_is_blamed_for_the_time_in_which_nobody_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(supervisor, 'AsyncParameterClient', lambda *_: _Answering())
-    probe = supervisor.LivenessProbe(None, 'nomad200')
+    probe = supervisor.LivenessProbe(None, 'nomad200', 0.0)
     assert not any(probe.silent(0.05 * tick) for tick in range(100))
     assert not probe.silent(60.0)  # Ctrl-Z, then fg
     assert not any(probe.silent(60.0 + 0.05 * tick) for tick in range(100))

@@ -1,6 +1,5 @@
 """Auxiliary processes of a run: the live page and the recorder."""
 
-from collections.abc import Sequence
 from importlib.util import find_spec
 import json
 import logging
@@ -123,13 +122,14 @@ _DRAIN_S: Final = 30.0
 
 
 class RecorderProcess(ChildProcess):
-    """Runs `goalreach record` for a run."""
+    """Runs `goalreach record` for a run, whose parameters `Graph` writes to the same directory."""
 
-    def __init__(self, bag: Path, arguments: Sequence[str], directory: Path) -> None:
+    def __init__(self, bag: Path, storage: str, directory: Path, *options: str) -> None:
         self.failed = False
         self._bag = bag
         self._reported = False
-        words = ['record', str(bag), *arguments]
+        words = ['record', str(bag), '--storage', storage, *options]
+        words += ['--parameters', str(directory / 'parameters.yaml')]
         super().__init__('record', _COMMAND_LINE, words, log_path=directory / 'recorder.log')
 
     def poll(self, *, began: bool) -> str:

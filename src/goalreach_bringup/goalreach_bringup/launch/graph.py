@@ -26,7 +26,6 @@ SILENCE_LIMIT_S: Final = 4.0
 """Silence after which a process that has answered before counts as hung. Chosen."""
 
 _LOG: Final = logging.getLogger(__name__)
-_COMPOSED: Final = ('composed',)
 
 
 class NodeDiedError(GoalreachError):
@@ -75,7 +74,7 @@ class Graph:
     Attributes:
         namespace: Namespace of the nodes, for their parameter files.
         nodes: The nodes that it starts.
-        parameters_path: File with the parameters of every node.
+        processes: The nodes of each process, by its name.
         started_s: When the start began, by a monotonic clock; 0 before.
     """
 
@@ -89,10 +88,12 @@ class Graph:
     _restart_at_s: dict[str, float] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        self.processes = _COMPOSED if self.composed and self.nodes else self.nodes
+        self.processes: dict[str, tuple[str, ...]] = {name: (name,) for name in self.nodes}
+        if self.composed and self.nodes:
+            self.processes = {'composed': self.nodes}
         self._backoffs = {name: Backoff() for name in self.processes}
-        self.parameters_path = self.directory / 'parameters.yaml'
-        write_parameters(self.parameters_path, self.parameters, self.namespace)
+        self._parameters_path = self.directory / 'parameters.yaml'
+        write_parameters(self._parameters_path, self.parameters, self.namespace)
         self.started_s = 0.0
 
     def start(self) -> None:
@@ -101,25 +102,22 @@ class Graph:
         remove_abandoned()
         self.started_s = time.monotonic()
         for name in self.processes:
-            self._launch(name, self.parameters_path)
+            self._launch(name, self._parameters_path)
 
     def _launch(self, name: str, parameters_path: Path) -> None:
         self._processes[name] = ChildProcess(
             name,
             NODES_MODULE,
             [
-                *(*self._nodes_of(name), *remap_arguments(self.remaps)),
+                *(*self.processes[name], *remap_arguments(self.remaps)),
                 *('--params-file', str(parameters_path)),
             ],
             log_path=self.directory / f'{name}.log',
         )
 
-    def _nodes_of(self, process: str) -> tuple[str, ...]:
-        return (process,) if process in NODES else self.nodes
-
     def is_down(self, node: str) -> bool:
         """Return whether the process of a node has ended and is not restarted yet."""
-        return any(node in self._nodes_of(name) for name in self._restart_at_s)
+        return any(node in self.processes[name] for name in self._restart_at_s)
 
     def restart(self, changes: Mapping[str, dict[str, Any]]) -> None:
         """Restart all processes, with the parameters that make them continue where the run is."""
@@ -171,8 +169,10 @@ class Graph:
         self._restart_at_s[name] = now_s + delay_s
 
     def _restart(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
-        nodes = self._nodes_of(name)
-        parameters = {node: {**self.parameters[node], **changes.get(node, {})} for node in nodes}
+        parameters = {
+            node: {**self.parameters[node], **changes.get(node, {})}
+            for node in self.processes[name]
+        }
         path = self.directory / f'{name}-restart.yaml'
         write_parameters(path, parameters, self.namespace)
         remove_abandoned()

@@ -155,9 +155,7 @@ class RunRequests:
         self._bags += 1
         bag = self.directory / f'bag_{self._bags}'
         self.page.report('record', on=True, bag=str(bag))
-        words = ['--storage', self.options.storage, '--use-sim-time']
-        words += ['--parameters', str(self.directory / 'parameters.yaml')]
-        return RecorderProcess(bag, words, self.directory)
+        return RecorderProcess(bag, self.options.storage, self.directory, '--use-sim-time')
 
     def next_options(self) -> RunOptions | None:
         """Keep the page after the run; return the options of the next run, or None to end.

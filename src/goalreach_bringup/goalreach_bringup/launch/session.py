@@ -183,12 +183,11 @@ class RunSession:
         options = self._options
         if options.record is None:
             return
-        words = ['--storage', options.storage, '--with-run', graph.parameters[ROBOT]['clock']]
-        words += ['--parameters', str(graph.parameters_path)]
+        words = ['--with-run', graph.parameters[ROBOT]['clock']]
         if name := options.namespace:
             words += ['--robot', name, '--clock-topic', self._clock]
             words += ['--regex', f'^(/{name}/|{self._clock}$)']
-        self._recorder = RecorderProcess(options.record, words, self._directory)
+        self._recorder = RecorderProcess(options.record, options.storage, self._directory, *words)
 
     def _await_recorder(self) -> None:
         """Wait until the recorder receives all inputs that an external robot publishes."""

@@ -15,7 +15,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from goalreach_bringup.launch.graph import SILENCE_LIMIT_S, Graph
 from goalreach_bringup.launch.ros.external import ExternalWatch
 from goalreach_msgs_py.ros.process import PeriodicGc
-from goalreach_msgs_py.topics import CONTROLLER, NODES
+from goalreach_msgs_py.topics import CONTROLLER
 
 _LOG: Final = logging.getLogger(__name__)
 _PERIOD_S = 1.0
@@ -26,40 +26,33 @@ _SPIN_S = 0.05
 class LivenessProbe:
     """Requests a parameter of a node every second and notes when it last answered."""
 
-    def __init__(self, watcher: Node, name: str) -> None:
+    def __init__(self, watcher: Node, name: str, now_s: float) -> None:
         self._client = AsyncParameterClient(watcher, name)
-        self._requested_s: float | None = None
         self._pending: list[Any] = []
-        self._answered_s: float | None = None
-        self._began_s: float | None = None
         self._polled_s = math.inf
+        self.restart(now_s)
 
     def restart(self, now_s: float) -> None:
-        """Forget earlier answers: the node is being restarted."""
-        self._began_s, self._answered_s, self._requested_s = now_s, None, None
+        """Forget earlier requests and answers: the node starts now."""
         self._pending.clear()
+        self._requested_s, self._until_s = -math.inf, now_s + _START_S
 
     def silent(self, now_s: float) -> bool:
         """Send a request where one is due; return whether the node has been silent too long.
 
         The time in which nobody asked, the launcher being stopped, does not count.
         """
-        if self._began_s is None:
-            self._began_s = now_s
-        unasked_s, self._polled_s = max(0.0, now_s - self._polled_s - _PERIOD_S), now_s
-        if self._answered_s is not None:
-            self._answered_s += unasked_s
+        self._until_s += max(0.0, now_s - self._polled_s - _PERIOD_S)
+        self._polled_s = now_s
         if any(call.done() for call in self._pending):
-            self._answered_s = now_s
+            self._until_s = now_s + SILENCE_LIMIT_S
             self._pending.clear()
-        due = self._requested_s is None or now_s - self._requested_s >= _PERIOD_S
+        due = now_s - self._requested_s >= _PERIOD_S
         if due and self._client.services_are_ready():
             # A request can be lost with the process that it went to: never wait for one alone.
             self._pending.append(self._client.get_parameters(['use_sim_time']))
             self._requested_s = now_s
-        if self._answered_s is None:
-            return now_s - self._began_s > _START_S
-        return now_s - self._answered_s > SILENCE_LIMIT_S
+        return now_s > self._until_s
 
 
 def follow(
@@ -76,12 +69,14 @@ def follow(
     Raises:
         NodeDiedError: A process could not be kept alive.
     """
-    nodes = {name: name if name in NODES else graph.nodes[0] for name in graph.processes}
-    probes = {name: LivenessProbe(monitor, node) for name, node in nodes.items()}
+    now_s = time.monotonic()
+    probes = {
+        name: LivenessProbe(monitor, nodes[0], now_s) for name, nodes in graph.processes.items()
+    }
     missing = set(graph.nodes)
     executor = EventsExecutor()
     executor.add_node(monitor)
-    garbage = PeriodicGc(time.monotonic())
+    garbage = PeriodicGc(now_s)
     try:
         while rclpy.ok() and not finished():
             now_s = _serve(executor)
