@@ -15,7 +15,6 @@ from goalreach_bringup.launch.path_evaluator import PathEvaluator
 from goalreach_bringup.launch.plan import plan_parameters
 from goalreach_bringup.launch.ros.monitor import RunMonitor
 from goalreach_evaluation.path_metrics import PathResult
-from goalreach_evaluation.starts import RunSeeds
 from goalreach_lab.localization.frame_log import pose_error, pose_nees
 from goalreach_lab.rigs.graph_test_rig import GraphTestRig
 from goalreach_learning.policy_file import find_policy, read_policy
@@ -139,10 +138,8 @@ def _commands(
 ) -> list[tuple[str, ...]]:
     """Return the Python command line of each node; write its parameters."""
     options = RunOptions(seed=seed, clock='lockstep', start_poses=tuple(starts), paths=len(starts))
-    seeds, policy, path = RunSeeds.spawn(seed), str(find_policy('paper')), folder / 'nodes.yaml'
-    planned = plan_parameters(
-        options, arena=Arena(), starts=starts, policy_path=policy, seeds=seeds, user={}
-    )
+    policy, path = str(find_policy('paper')), folder / 'nodes.yaml'
+    planned = plan_parameters(options, arena=Arena(), starts=starts, policy_path=policy, user={})
     write_parameters(path, merge_parameters(planned, told))
     ours = [('-m', module, '--ros-args', '--params-file', str(path)) for module in _NODES]
     return [(str(WORLD), '--lockstep', '--seed', str(seed), *world), *ours]

@@ -10,7 +10,6 @@ from goalreach_bringup.command import Command
 from goalreach_bringup.commands import run
 from goalreach_bringup.launch.options import parse_start
 from goalreach_bringup.launch.plan import choose_starts, plan_parameters
-from goalreach_evaluation.starts import RunSeeds
 from goalreach_lab.fuzz.mutation import NASTY, mutate_value, nasty
 from goalreach_lab.fuzz.reader import Reader, require_finite
 from goalreach_learning.controller_config import ControllerConfig, MissionConfig
@@ -72,18 +71,13 @@ def _node_parameters(rng: np.random.Generator) -> object:
 
 def _run_parameters(rng: np.random.Generator) -> object:
     """Plan a run with a parameter file that holds arbitrary values."""
-    arena, seeds = Arena(), RunSeeds.spawn(int(rng.integers(2**31)))
-    options = run.Options()
-    starts = choose_starts(options, arena, seeds)
-    valid = plan_parameters(
-        options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user={}
-    )
+    arena, options = Arena(), run.Options(seed=int(rng.integers(2**31)))
+    starts = choose_starts(options, arena)
+    valid = plan_parameters(options, arena=arena, starts=starts, policy_path='p', user={})
     node = NODES[rng.integers(len(NODES))]
     names = [*valid[node], 'no_such_parameter']
     user = {node: {names[rng.integers(len(names))]: nasty(rng) for _ in range(2)}}
-    parameters = plan_parameters(
-        options, arena=arena, starts=starts, policy_path='p', seeds=seeds, user=user
-    )
+    parameters = plan_parameters(options, arena=arena, starts=starts, policy_path='p', user=user)
     require_finite(parameters, 'parameters')
     return parameters
 

@@ -48,8 +48,6 @@ _UNWRITABLE: Final = (errno.EDQUOT, errno.EIO, errno.ENOSPC)
 _UNSTARTED: Final = ('failed to initialize', 'error creating node')
 """Errors of rclpy for what this machine or its variables do not allow."""
 _PROGRAM = 'goalreach'
-_FORKING = ('run',)
-"""Commands that fork nodes: the fork server starts to import before the command does."""
 
 
 def load_command(name: str) -> Command:
@@ -79,11 +77,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run_named(name: str, *arguments: str) -> int:
     from goalreach_bringup.variables import check_variables
 
+    forks_nodes = name == 'run'
     if name in ROS_COMMANDS:
-        check_variables(os.environ, starts_graph=name in _FORKING)
+        check_variables(os.environ, starts_graph=forks_nodes)
     sys.path.append('')  # a learner of the user's own lies in the working folder
-    if name in _FORKING and not {'-h', '--help'}.intersection(arguments):
-        start_fork_server()
+    if forks_nodes and not {'-h', '--help'}.intersection(arguments):
+        start_fork_server()  # it begins to import before the command does
         gc.disable()  # until the run's loop begins: nothing to collect among imports
     return load_command(name).run(f'{_PROGRAM} {name}', arguments)
 

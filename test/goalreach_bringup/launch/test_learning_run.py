@@ -18,18 +18,18 @@ ARENA = Arena()
 
 def test_a_new_file_begins_with_nothing_known(tmp_path: Path) -> None:
     path = tmp_path / 'policy.json'
-    learning = LearningRun.begin(path, ARENA)
+    learning = LearningRun.begin(path, ARENA, trials=20)
     assert (learning.first_path, learning.trials, learning.total(22)) == (0, 20, 440)
     assert learning.remaining(0, 22) == 440
     assert not read_policy(path).visits.any()
-    assert LearningRun.begin(path, ARENA) is not None
+    assert LearningRun.begin(path, ARENA, trials=20) is not None
 
 
 def test_an_unfinished_file_goes_on_where_it_was_left(tmp_path: Path) -> None:
     path = tmp_path / 'policy.json'
     policy = train(ARENA, rng=np.random.default_rng(1)).policy
     write_policy(path, replace(policy, learning={**policy.learning, 'paths_driven': 430}))
-    learning = LearningRun.begin(path, ARENA)
+    learning = LearningRun.begin(path, ARENA, trials=20)
     assert learning.first_path == 430
     assert learning.remaining(0, 22) == 10
     assert learning.remaining(4, 22) == 4
@@ -43,7 +43,7 @@ def test_a_policy_that_was_not_learned_so_is_not_overwritten(tmp_path: Path) -> 
     write_policy(path, policy)
     before = path.read_text()
     with pytest.raises(FileFormatError, match='paths_driven'):
-        LearningRun.begin(path, ARENA)
+        LearningRun.begin(path, ARENA, trials=20)
     assert path.read_text() == before
 
 

@@ -16,7 +16,6 @@ from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, RO
 from goalreach_msgs_py.values import Pose2
 
 ARENA = Arena()
-SEEDS = RunSeeds.spawn(7)
 OPTIONS = RunOptions(seed=7)
 
 
@@ -25,9 +24,8 @@ def planned(user: dict[str, dict[str, Any]] | None = None, **changes: Any) -> An
     return plan_parameters(
         options,
         arena=ARENA,
-        starts=choose_starts(options, ARENA, SEEDS),
+        starts=choose_starts(options, ARENA),
         policy_path='policy.json',
-        seeds=SEEDS,
         user=user or {},
     )
 
@@ -93,9 +91,9 @@ def test_a_bad_value_is_told_before_anything_starts(
 
 def test_random_starts_are_free_repeatable_and_not_in_the_goal() -> None:
     options = replace(OPTIONS, starts='random', paths=50)
-    starts = choose_starts(options, ARENA, SEEDS)
-    assert starts == choose_starts(options, ARENA, SEEDS)
-    assert starts != choose_starts(options, ARENA, RunSeeds.spawn(8))
+    starts = choose_starts(options, ARENA)
+    assert starts == choose_starts(options, ARENA)
+    assert starts != choose_starts(replace(options, seed=8), ARENA)
     assert len(starts) == 50
     for start in starts:
         assert ARENA.is_free(start.x_m, start.y_m)
@@ -103,8 +101,8 @@ def test_random_starts_are_free_repeatable_and_not_in_the_goal() -> None:
 
 
 def test_a_counted_run_drives_the_starts_in_order_and_an_endless_one_begins_opposite() -> None:
-    assert choose_starts(replace(OPTIONS, paths=22), ARENA, SEEDS) == ARENA.starts
-    endless = choose_starts(OPTIONS, ARENA, SEEDS)
+    assert choose_starts(replace(OPTIONS, paths=22), ARENA) == ARENA.starts
+    endless = choose_starts(OPTIONS, ARENA)
     assert endless[0].y_m > 4.0
     assert set(endless) == set(ARENA.starts)
 
@@ -122,10 +120,10 @@ def test_refuses_other_starts(text: str) -> None:
 def test_refuses_a_start_in_a_wall() -> None:
     options = replace(OPTIONS, start_poses=(parse_start('0.1,2,0'),))
     with pytest.raises(ConfigurationError, match='free floor'):
-        choose_starts(options, ARENA, SEEDS)
+        choose_starts(options, ARENA)
 
 
 def test_seeds_are_independent_and_repeatable() -> None:
     seeds = RunSeeds.spawn(7)
-    assert seeds == SEEDS
+    assert seeds == OPTIONS.seeds
     assert len({seeds.simulator, seeds.controller, seeds.starts, seeds.training}) == 4

@@ -6,7 +6,7 @@ from pathlib import Path
 import tempfile
 from typing import Final
 
-from goalreach_bringup.commands.check_robot import RobotOptions, configured, expected_robot, show
+from goalreach_bringup.commands.check_robot import RobotOptions, expected_robot, show
 from goalreach_bringup.robot_check.verdicts import WRONG, can_drive, judge
 from goalreach_evaluation.choices import arena_option, choose_arena
 from goalreach_learning.controller_config import ControllerConfig
@@ -21,7 +21,7 @@ from goalreach_msgs_py.parameter_file import (
     read_parameters,
     write_parameters,
 )
-from goalreach_msgs_py.parameters import flatten_config
+from goalreach_msgs_py.parameters import build_config, flatten_config
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER
 from goalreach_perception.calibration import Calibration, calibrate
 from goalreach_perception.calibration_model import DriveRecord
@@ -59,7 +59,7 @@ def execute(options: Options) -> int:
     user = read_parameters(options.params_file, options.namespace)
     arena = choose_arena(options.arena)
     defaults = flatten_config(LocalizerConfig.for_arena(arena, noise_preset('nominal')))
-    config = configured(LocalizerConfig, {**defaults, **user[LOCALIZER]})
+    config = build_config(LocalizerConfig, {**defaults, **user[LOCALIZER]})
     record = _drive(options, arena, user, config)
     if record is None:
         return 1
@@ -85,7 +85,7 @@ def _drive(
 
     given = flatten_config(config)
     doubts = {name: max(given[name], least) for name, least in _DOUBTS.items()}
-    control = configured(ControllerConfig, user[CONTROLLER])
+    control = build_config(ControllerConfig, user[CONTROLLER])
     control = replace(
         control,
         align_tolerance_rad=max(control.align_tolerance_rad, _ALIGNED_RAD),

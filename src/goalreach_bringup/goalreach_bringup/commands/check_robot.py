@@ -1,18 +1,17 @@
 """The `check-robot` command: checks whether a robot fits the nodes."""
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-import json
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from goalreach_bringup.launch.options import parse_namespace
 from goalreach_bringup.robot_check.verdicts import HeardRobot, Verdict, can_drive, judge
+from goalreach_evaluation.summary_file import write_summary
 from goalreach_learning.controller_config import RobotConfig
-from goalreach_msgs_py.files import require_writable, write_text_atomically
+from goalreach_msgs_py.files import require_writable
 from goalreach_msgs_py.options import CommandOptions, option
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
-from goalreach_msgs_py.parameters import build_config, parameter_infos
+from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER
 from goalreach_perception.localizer_config import InputConfig
 
@@ -51,21 +50,15 @@ def execute(options: Options) -> int:
     drives = can_drive(verdicts)
     if options.json:
         found = {'can_drive': drives, 'verdicts': [asdict(verdict) for verdict in verdicts]}
-        write_text_atomically(options.json, json.dumps(found, indent=1) + '\n')
+        write_summary(options.json, found)
     return 0 if drives else 1
 
 
 def expected_robot(user: NodeParameters) -> HeardRobot:
     """Return the robot that parameters describe, without messages so far."""
     return HeardRobot(
-        configured(InputConfig, user[LOCALIZER]), configured(RobotConfig, user[CONTROLLER])
+        build_config(InputConfig, user[LOCALIZER]), build_config(RobotConfig, user[CONTROLLER])
     )
-
-
-def configured(cls: type[Any], values: Mapping[str, Any]) -> Any:  # noqa: ANN401 - any config
-    """Return a configuration from the parameters of a node; others are ignored."""
-    names = parameter_infos(cls)
-    return build_config(cls, {name: value for name, value in values.items() if name in names})
 
 
 def _listen(options: Options, robot: HeardRobot) -> list[Verdict]:

@@ -33,21 +33,20 @@ class LearningRun:
     policy: Policy
     first_path: int
     trials: int
-    learner: str = 'paper'
+    learner: str
 
     @classmethod
     def begin(
-        cls, path: Path, arena: Arena, *, trials: int = 0, learner: str | None = None
+        cls, path: Path, arena: Arena, *, trials: int, learner: str | None = None
     ) -> 'LearningRun':
         """Return the learning phase of a policy file, or a new one written to it.
 
-        `trials` is 0 for the default, `learner` None for the one that the file began with.
+        `learner` is None for the one that the file began with.
 
         Raises:
             FileFormatError: The file is no policy, one of another arena or learner, or one that
                 was not learned over the graph; or there is no such learner.
         """
-        trials = trials or LearningConfig().trials
         is_new = not path.exists()
         policy = Policy.unlearned(arena.regions) if is_new else choose_policy(path, arena)
         name = learner or policy.learner.get('name', 'paper')

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 import math
 from pathlib import Path
 import re
-from typing import Final
 
 from goalreach_bags.storage import STORAGES
 from goalreach_evaluation.choices import arena_option, learner_option, policy_option
+from goalreach_evaluation.starts import RunSeeds
 from goalreach_learning.blending import MODES
 from goalreach_learning.policy_file import policy_names
 from goalreach_msgs_py.errors import ConfigurationError
@@ -16,18 +16,16 @@ from goalreach_msgs_py.options import SeededOptions, option
 from goalreach_msgs_py.topics import NODES, ROBOT
 from goalreach_msgs_py.values import Pose2
 
-_START_NUMBERS: Final = 3
-
 
 def parse_start(text: str) -> Pose2:
     """Return the pose of `X,Y,HEADING_DEG` (metres, metres, degrees)."""
     try:
-        numbers = [float(part) for part in text.split(',')]
+        x_m, y_m, heading_deg = map(float, text.split(','))
     except ValueError:
-        numbers = []
-    if len(numbers) != _START_NUMBERS or not all(map(math.isfinite, numbers)):
+        x_m = y_m = heading_deg = math.nan
+    if not all(map(math.isfinite, (x_m, y_m, heading_deg))):
         raise ConfigurationError('--start', text, 'X,Y,HEADING_DEG in metres and degrees')
-    return Pose2(x_m=numbers[0], y_m=numbers[1], heading_rad=math.radians(numbers[2]))
+    return Pose2(x_m=x_m, y_m=y_m, heading_rad=math.radians(heading_deg))
 
 
 def _parse_remap(text: str) -> str:
@@ -117,3 +115,8 @@ class RunOptions(SeededOptions):
         if self.learn and self.policy in policy_names():
             allowed = f'a file to learn into, such as ./{self.policy}'
             raise ConfigurationError('--policy', self.policy, allowed)
+
+    @property
+    def seeds(self) -> RunSeeds:
+        """Seeds of the random parts of the run."""
+        return RunSeeds.spawn(self.seed)

@@ -10,7 +10,7 @@ from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.path_evaluator import Progress
 from goalreach_evaluation.choices import choose_arena, choose_policy
-from goalreach_evaluation.starts import RunSeeds, random_starts
+from goalreach_evaluation.starts import random_starts
 from goalreach_learning.behaviors import GOAL
 from goalreach_learning.controller_config import ControllerConfig, MissionConfig, RobotConfig
 from goalreach_learning.policy_file import find_policy
@@ -19,7 +19,7 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
-from goalreach_msgs_py.parameters import build_config, flatten_config
+from goalreach_msgs_py.parameters import build_config, flatten_config, parameter_infos
 from goalreach_msgs_py.regions import RegionConfig
 from goalreach_msgs_py.values import Pose2
 from goalreach_perception.localizer_config import InputConfig, LocalizerConfig
@@ -41,7 +41,7 @@ NODE_CONFIGS: dict[str, tuple[type[object], ...]] = {
 }
 
 
-def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[Pose2, ...]:
+def choose_starts(options: RunOptions, arena: Arena) -> tuple[Pose2, ...]:
     """Return the start poses of a run.
 
     Raises:
@@ -53,7 +53,7 @@ def choose_starts(options: RunOptions, arena: Arena, seeds: RunSeeds) -> tuple[P
     if options.start_poses:
         return options.start_poses
     if options.starts == 'random':
-        rng = np.random.default_rng(seeds.starts)
+        rng = np.random.default_rng(options.seeds.starts)
         return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
     if options.paths or options.learn:
         return arena.starts
@@ -68,7 +68,6 @@ def plan_parameters(
     arena: Arena,
     starts: Iterable[Pose2],
     policy_path: str,
-    seeds: RunSeeds,
     user: NodeParameters,
     learning: LearningRun | None = None,
 ) -> NodeParameters:
@@ -77,12 +76,9 @@ def plan_parameters(
     Raises:
         ConfigurationError: A value is refused; the line names node, parameter and value.
     """
-    numbers = tuple(v for p in starts for v in (p.x_m, p.y_m, p.heading_rad))
-    mission = _mission(options, numbers, policy_path, seeds, learning)
-    defaults = _defaults(options, arena, mission, seeds)
-    faults = flatten_config(FaultParameters())
+    defaults = _defaults(options, arena, starts, policy_path, learning)
     for node, values in user.items():
-        known = {**defaults[node], **(faults if node == topics.ROBOT else {})}
+        known = {name for cls in NODE_CONFIGS[node] for name in parameter_infos(cls)}
         for name, value in values.items():
             if name not in known and not name.startswith(_STANDARD):
                 raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
@@ -106,16 +102,14 @@ def standalone_parameters(options: RunOptions) -> NodeParameters:
     Raises:
         GoalreachError: An option, a file or a value is refused.
     """
-    arena, seeds = choose_arena(options.arena), RunSeeds.spawn(options.seed)
-    name = options.policy or 'paper'
+    arena, name = choose_arena(options.arena), options.policy or 'paper'
     choose_policy(name, arena)  # refuses one of other regions
     user = read_parameters(options.params_file, options.namespace)
     parameters = plan_parameters(
         options,
         arena=arena,
-        starts=choose_starts(options, arena, seeds),
+        starts=choose_starts(options, arena),
         policy_path=str(find_policy(name).resolve()),
-        seeds=seeds,
         user=user,
     )
     parameters[topics.CONTROLLER]['consumer'] = user[topics.CONTROLLER].get('consumer', '')
@@ -124,15 +118,31 @@ def standalone_parameters(options: RunOptions) -> NodeParameters:
 
 
 def _defaults(
-    options: RunOptions, arena: Arena, mission: MissionConfig, seeds: RunSeeds
+    options: RunOptions,
+    arena: Arena,
+    starts: Iterable[Pose2],
+    policy_path: str,
+    learning: LearningRun | None,
 ) -> NodeParameters:
     """Return the parameters of every node before the user's file and the options."""
+    numbers = tuple(v for p in starts for v in (p.x_m, p.y_m, p.heading_rad))
+    first = learning.first_path if learning else 0
+    paths = learning.remaining(options.paths, len(numbers) // 3) if learning else options.paths
+    mission = MissionConfig(
+        policy=policy_path,
+        policy_out=policy_path if learning else '',
+        starts=numbers,
+        first_path=first,
+        paths=first + paths,
+        consumer=topics.MONITOR,
+        seed=options.seeds.controller,
+    )
     noise = noise_preset(options.noise)
     simulator = SimulatorConfig.for_arena(arena, noise)
     configs: dict[str, tuple[object, ...]] = {
         topics.ROBOT: (
-            replace(simulator, start_pose=mission.starts[:3]),
-            TimeConfig(seed=seeds.simulator),
+            replace(simulator, start_pose=numbers[:3]),
+            TimeConfig(seed=options.seeds.simulator),
             RegionConfig.for_map(arena.regions),
         ),
         topics.LOCALIZER: (LocalizerConfig.for_arena(arena, noise), InputConfig()),
@@ -143,26 +153,6 @@ def _defaults(
         node: {name: value for one in ones for name, value in flatten_config(one).items()}
         for node, ones in configs.items()
     }
-
-
-def _mission(
-    options: RunOptions,
-    starts: tuple[float, ...],
-    policy_path: str,
-    seeds: RunSeeds,
-    learning: LearningRun | None,
-) -> MissionConfig:
-    first = learning.first_path if learning else 0
-    paths = learning.remaining(options.paths, len(starts) // 3) if learning else options.paths
-    return MissionConfig(
-        policy=policy_path,
-        policy_out=policy_path if learning else '',
-        starts=starts,
-        first_path=first,
-        paths=first + paths,
-        consumer=topics.MONITOR,
-        seed=seeds.controller,
-    )
 
 
 def _given(**values: Any) -> dict[str, Any]:  # noqa: ANN401 - parameters of any type

@@ -14,7 +14,6 @@ from goalreach_bringup.launch.options import RunOptions, parse_start
 from goalreach_bringup.launch.plan import choose_starts
 from goalreach_evaluation.choices import arena_names, choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
-from goalreach_evaluation.starts import RunSeeds
 from goalreach_learning.policy_file import policy_names
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.ros.process import StopRequest
@@ -203,6 +202,6 @@ class RunRequests:
             summary=None,
         )
         arena = choose_arena(options.arena)
-        choose_starts(options, arena, RunSeeds.spawn(options.seed))
+        choose_starts(options, arena)
         choose_policy(options.policy, arena, options.seed)
         return options

@@ -31,7 +31,6 @@ from goalreach_bringup.launch.plan import (
 from goalreach_bringup.launch.report import RunReport, RunRequests
 from goalreach_evaluation.choices import choose_arena, choose_policy
 from goalreach_evaluation.path_metrics import PathResult, PathTally
-from goalreach_evaluation.starts import RunSeeds
 from goalreach_evaluation.summary_file import summarise, write_summary
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import find_policy, write_policy
@@ -63,8 +62,7 @@ class RunSession:
         self.page = page
         self.next_options: RunOptions | None = None
         self._arena = choose_arena(options.arena)
-        self._seeds = RunSeeds.spawn(options.seed)
-        self._starts = choose_starts(options, self._arena, self._seeds)
+        self._starts = choose_starts(options, self._arena)
         self._results: list[PathResult] = []
         self._tally = PathTally()
         self._learning: LearningRun | None = None
@@ -102,7 +100,6 @@ class RunSession:
                 arena=self._arena,
                 starts=self._starts,
                 policy_path=str(policy_path.resolve()),
-                seeds=self._seeds,
                 user=user,
                 learning=self._learning,
             )
@@ -137,7 +134,7 @@ class RunSession:
             _LOG.info(self._learning.announcement(len(self._starts)))
             return self._learning.policy
         began_s = time.monotonic()
-        policy = choose_policy(self._options.policy, self._arena, self._seeds.training)
+        policy = choose_policy(self._options.policy, self._arena, self._options.seeds.training)
         if self._options.policy is None:
             write_policy(path, policy)
             _LOG.info(
