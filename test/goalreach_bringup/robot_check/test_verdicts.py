@@ -103,7 +103,7 @@ class Robot:
                 stamp_ns = round(self.stamps.get(topic, float)(time_s) * 1e9)
                 change = self.raw.get(topic, unchanged)
                 raw = change(self.message(topic, stamp_ns))
-                one.add(self.arrivals.get(topic, soon)(time_s), raw)
+                one.add(raw, self.arrivals.get(topic, soon)(time_s))
         heard.outputs[CMD_VEL].subscribers = self.drive
         heard.outputs[CMD_VEL].publishers = self.drivers
         if HEAD_COMMAND in heard.outputs and self.listens_to_head:

@@ -7,7 +7,7 @@ import tempfile
 from typing import Final
 
 from goalreach_bringup.commands.check_robot import RobotOptions, expected_robot, show
-from goalreach_bringup.robot_check.verdicts import WRONG, can_drive, judge
+from goalreach_bringup.robot_check.verdicts import WRONG, judge
 from goalreach_evaluation.choices import arena_option, choose_arena
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_msgs_py.arena import Arena
@@ -101,9 +101,8 @@ def _drive(
         with ros_session(arguments):
             drive = CalibrationDrive(space, robot)
             drive.listen(_LISTEN_S)
-            verdicts = judge(robot)
-            if not can_drive(verdicts):
-                show([verdict for verdict in verdicts if verdict.level == WRONG])
+            if wrong := [verdict for verdict in judge(robot) if verdict.level == WRONG]:
+                show(wrong)
                 return None
             return drive.drive(arena, options.side, control)
 

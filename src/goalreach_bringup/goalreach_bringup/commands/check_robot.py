@@ -42,10 +42,18 @@ class Options(RobotOptions):
 
 def execute(options: Options) -> int:
     """Listen and print a line for each finding; return 0 where the robot can drive, else 1."""
+    from goalreach_bringup.robot_check.ros.listener import RobotListener
+    from goalreach_msgs_py.ros.node import ros_session
+
     if options.json:
         require_writable(options.json)
     robot = expected_robot(read_parameters(options.params_file, options.namespace))
-    verdicts = _listen(options, robot)
+    with ros_session():
+        listener = RobotListener(options.namespace, robot)
+        listener.listen(options.duration)
+        verdicts = judge(robot)
+        if options.move and can_drive(verdicts):
+            verdicts += listener.move()
     show(verdicts)
     drives = can_drive(verdicts)
     if options.json:
@@ -59,19 +67,6 @@ def expected_robot(user: NodeParameters) -> HeardRobot:
     return HeardRobot(
         build_config(InputConfig, user[LOCALIZER]), build_config(RobotConfig, user[CONTROLLER])
     )
-
-
-def _listen(options: Options, robot: HeardRobot) -> list[Verdict]:
-    from goalreach_bringup.robot_check.ros.listener import RobotListener
-    from goalreach_msgs_py.ros.node import ros_session
-
-    with ros_session():
-        listener = RobotListener(options.namespace, robot)
-        listener.listen(options.duration)
-        verdicts = judge(robot)
-        if options.move and can_drive(verdicts):
-            verdicts += listener.move()
-        return verdicts
 
 
 def show(verdicts: list[Verdict]) -> None:

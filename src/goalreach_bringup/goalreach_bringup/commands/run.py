@@ -18,7 +18,6 @@ def execute(options: Options) -> int:
     from goalreach_bringup.launch.session import RunSession
 
     page: PageProcess | None = None
-    status = 0
     try:
         while True:
             session = RunSession(options, page)

@@ -59,7 +59,7 @@ class HeardTopic:
         changes: Whether not all values were the same.
         form: Size and encoding of the last image.
         error: Why a message could not be read, or empty.
-        kept: All values, where they are kept.
+        kept: All stamps and values, where they are kept.
     """
 
     kind: str
@@ -74,14 +74,11 @@ class HeardTopic:
     frame: str = ''
     form: str = ''
     error: str = ''
-    kept: list[Any] | None = None
+    kept: list[tuple[float, Any]] | None = None
 
-    def hear(self, raw: bytes) -> None:
-        """Add a message that arrives now."""
-        self.add(time.time(), raw)
-
-    def add(self, arrival_s: float, raw: bytes) -> None:
-        """Add a message that arrived at a time, seconds since the epoch."""
+    def add(self, raw: bytes, arrival_s: float | None = None) -> None:
+        """Add a message that arrived at a time, seconds since the epoch; None: now."""
+        arrival_s = time.time() if arrival_s is None else arrival_s
         try:
             stamp_s, reader = stamp_of(raw) * 1e-9, CdrReader(raw, has_header=False)
             reader.skip('2I')
@@ -96,7 +93,7 @@ class HeardTopic:
         self.arrivals_s.append(arrival_s)
         self.stamps_s.append(stamp_s)
         if self.kept is not None:
-            self.kept.append(value)
+            self.kept.append((stamp_s, value))
         if self.first is None:
             self.first = self.last = value
         self.changes = self.changes or not np.array_equal(value, self.last)

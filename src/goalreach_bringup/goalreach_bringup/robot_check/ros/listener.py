@@ -83,7 +83,7 @@ class RobotListener:
             if latched and topic == topics.CAMERA_INFO:
                 qos = messaging.LATCHED_QOS
             kind, name = message_class(heard.kind), resolved_name(self._node, topic)
-            self._node.create_subscription(kind, name, heard.hear, qos, raw=True)
+            self._node.create_subscription(kind, name, heard.add, qos, raw=True)
         self._serve(duration_s)
         self._find_ends()
         node, space = self._node, self._node.get_namespace().rstrip('/')
@@ -159,13 +159,11 @@ class RobotListener:
     def _measure(self) -> moves.Measurement:
         """Return joints, odometry and LEDs, once the robot stands, by the clock of its stamps."""
         inputs, until_s = self._robot.inputs, time.monotonic() + _LONGEST_S
-        needed = [inputs[topics.ODOM], inputs[self._robot.image]]
-        needed += [inputs[topics.JOINT_STATES]] if self._robot.joints else []
-        settled_s = max(topic.stamps_s[-1] for topic in needed) + _SETTLE_S
-        while any(topic.stamps_s[-1] < settled_s for topic in needed):
+        names = {topics.ODOM, topics.JOINT_STATES, self._robot.image} & set(inputs)
+        needed = [inputs[name].stamps_s for name in names]
+        settled_s = max(stamps_s[-1] for stamps_s in needed) + _SETTLE_S
+        while min(stamps_s[-1] for stamps_s in needed) < settled_s and time.monotonic() < until_s:
             self._serve(_COMMAND_S)
-            if time.monotonic() > until_s:
-                break
         rays = [self._next_rays() for _ in range(_IMAGES)]  # an LED may be dark in one image
         usual = statistics.mode(map(len, rays))
         return moves.Measurement(
@@ -292,12 +290,8 @@ class CalibrationDrive(RobotListener):
 
     def _record(self, begin_ns: int) -> DriveRecord:
         inputs, poses = self._robot.inputs, self._poses
-        odometry, joints = (
-            [*zip(inputs[topic].stamps_s, inputs[topic].kept or (), strict=False)]
-            if topic in inputs
-            else []
-            for topic in (topics.ODOM, topics.JOINT_STATES)
-        )
+        odometry = [(stamp_s, read.pose) for stamp_s, read in inputs[topics.ODOM].kept or ()]
+        joints = inputs[topics.JOINT_STATES].kept if self._robot.joints else None
         sightings = [
             (stamp_ns * 1e-9, poses[stamp_ns].pose, landmarks)
             for stamp_ns, landmarks in sorted(self._landmarks.items())
@@ -306,9 +300,8 @@ class CalibrationDrive(RobotListener):
         ]
         if len(sightings) < 2 * _STAND:
             raise GoalreachError(f'only {len(sightings)} images show landmarks')
-        poses_by_odometry = [(stamp_s, read.pose) for stamp_s, read in odometry]
         camera = inputs[topics.CAMERA_INFO].last
-        return DriveRecord.collect(poses_by_odometry, joints, sightings, camera)
+        return DriveRecord.collect(odometry, joints or (), sightings, camera)
 
 
 def _is_known(estimate: PoseEstimate) -> bool:
