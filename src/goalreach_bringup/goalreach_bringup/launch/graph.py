@@ -20,7 +20,6 @@ from goalreach_bringup.launch.child_process import (
 from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
-from goalreach_msgs_py.topics import NODES
 
 SILENCE_LIMIT_S: Final = 4.0
 """Silence after which a process that has answered before counts as hung. Chosen."""
@@ -81,9 +80,9 @@ class Graph:
     parameters: NodeParameters
     directory: Path
     composed: bool
-    remaps: Sequence[str] = ()
-    namespace: str = ''
-    nodes: tuple[str, ...] = NODES
+    remaps: Sequence[str]
+    namespace: str
+    nodes: tuple[str, ...]
     _processes: dict[str, ChildProcess] = field(default_factory=dict, init=False)
     _restart_at_s: dict[str, float] = field(default_factory=dict, init=False)
 

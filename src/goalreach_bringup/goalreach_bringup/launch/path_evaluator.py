@@ -44,23 +44,19 @@ class PathEvaluator:
     Attributes:
         starts: Start poses in the order driven, or empty where the robot is not placed.
         regions: The region map, for the true goal.
-        first_path: Number of the first path.
+        path: Number of the current path; at the start, of the first one.
         judged: Whether ticks hold the truth; otherwise its place is taken by the estimate.
-        path: Number of the current path.
     """
 
     starts: Sequence[Pose2]
     regions: RegionMap
     _: KW_ONLY
-    first_path: int = 0
+    path: int = 0
     judged: bool = True
     _last_ns: int = 0
     _ticks: list[Tick] = field(default_factory=list)
     _outcomes: dict[int, tuple[int, PathOutcome]] = field(default_factory=dict)
     _truth: Pose2 | None = None
-
-    def __post_init__(self) -> None:
-        self.path = self.first_path
 
     @property
     def has_begun(self) -> bool:

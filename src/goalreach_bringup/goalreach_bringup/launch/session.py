@@ -251,7 +251,7 @@ class RunSession:
                 evaluator = PathEvaluator(
                     self._starts,
                     policy.regions,
-                    first_path=self._learning.first_path if self._learning else 0,
+                    path=self._learning.first_path if self._learning else 0,
                     judged=self._external.has_truth,
                 )
                 mode = str(parameters[CONTROLLER]['mode'])
