@@ -27,7 +27,6 @@ import rclpy.utilities
 print('rclpy in', rclpy.__path__[0], 'on', rclpy.utilities.get_rmw_implementation_identifier())
 """
 _PREFIXES: Final = ('FAST', 'RCL_', 'RCUTILS_', 'RMW_', 'ROS_', 'SKIP_', 'TMPDIR')
-_NOT_INSTALLED: Final = 'not installed by pip'
 _OPTIONAL: Final = ('live page', 'browser')
 """Findings that a run can do without."""
 _LEAST_SHARED_MB: Final = 64
@@ -56,14 +55,14 @@ def _python() -> str:
 
 
 def _installed() -> str:
-    return f'{_version("goalreach") or _NOT_INSTALLED}, from {Path(__file__).parents[2]}'
+    return f'{_version("goalreach")}, from {Path(__file__).parents[2]}'
 
 
-def _version(distribution: str) -> str | None:
+def _version(distribution: str) -> str:
     try:
         return version(distribution)
     except PackageNotFoundError:
-        return None
+        return 'not installed by pip'
 
 
 def _ros() -> str:
@@ -117,7 +116,7 @@ def _browser() -> str:
 
 def _extras() -> str:
     names = ('gymnasium', 'distributed', 'stable-baselines3')
-    return ', '.join(f'{name} {_version(name) or _NOT_INSTALLED}' for name in names)
+    return ', '.join(f'{name} {_version(name)}' for name in names)
 
 
 _FINDINGS: Final[dict[str, Callable[[], str]]] = {

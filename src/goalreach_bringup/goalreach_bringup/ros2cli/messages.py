@@ -2,6 +2,7 @@
 
 import array
 from collections.abc import Callable
+from functools import partial
 import re
 import sys
 from typing import Any, Final, TypeAlias
@@ -124,16 +125,16 @@ def build_message(kind: Any, values: Any) -> tuple[Any, list[Stamper]]:
     Raises:
         CommandError: A field that does not exist, or a value that does not fit, by its path.
     """
-    message = kind(check_fields=True)
-    return message, _fill(message, values, '')
+    message, stampers = kind(check_fields=True), list[Stamper]()
+    _fill(message, values, '', stampers)
+    return message, stampers
 
 
-def _fill(message: Any, values: Any, path: str) -> list[Stamper]:
+def _fill(message: Any, values: Any, path: str, stampers: list[Stamper]) -> None:
     """Set the fields of the message that is found at the path, which ends with a dot."""
     if not isinstance(values, dict):
         raise _refuse(path.rstrip('.') or 'message', values, 'a dictionary')
     kinds = message.get_fields_and_field_types()
-    stampers: list[Stamper] = []
     for name, value in values.items():
         if name not in kinds:
             owner = type(message).__name__
@@ -146,7 +147,6 @@ def _fill(message: Any, values: Any, path: str) -> list[Stamper]:
         except (AssertionError, OverflowError, TypeError, ValueError) as error:
             reason = ' '.join(str(error).split())
             raise CommandError(f'Failed to populate field: {path}{name}: {reason}') from None
-    return stampers
 
 
 def _convert(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any:
@@ -160,11 +160,11 @@ def _convert(kind: str, value: Any, path: str, stampers: list[Stamper]) -> Any:
         return _scalar(_SCALARS.get(kind.partition('<')[0], int), value, path)
     message = message_class(kind)(check_fields=True)
     if kind == 'std_msgs/Header' and value == 'auto':
-        stampers.append(lambda now: setattr(message, 'stamp', now))
+        stampers.append(partial(_copy_time, message.stamp))
     elif kind == 'builtin_interfaces/Time' and value == 'now':
-        stampers.append(lambda now: _copy_time(message, now))
+        stampers.append(partial(_copy_time, message))
     else:
-        stampers.extend(_fill(message, value, f'{path}.'))
+        _fill(message, value, f'{path}.', stampers)
     return message
 
 
