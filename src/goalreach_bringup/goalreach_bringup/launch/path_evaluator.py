@@ -24,7 +24,7 @@ class Progress:
     Attributes:
         path: Number of the current path.
         placed: Whether the robot has been placed for it.
-        last_ns: Last stamp of the truth, evaluated or not; 0 before the first.
+        last_ns: Last stamp received, evaluated or not; 0 before the first.
         truth: True pose at that stamp, or None before the first.
     """
 
@@ -46,6 +46,7 @@ class PathEvaluator:
         regions: The region map, for the true goal.
         path: Number of the current path; at the start, of the first one.
         judged: Whether ticks hold the truth; otherwise its place is taken by the estimate.
+        last: Stamp and true pose of the last tick; 0 and None before the first.
     """
 
     starts: Sequence[Pose2]
@@ -53,10 +54,9 @@ class PathEvaluator:
     _: KW_ONLY
     path: int = 0
     judged: bool = True
-    _last_ns: int = 0
+    last: tuple[int, Pose2 | None] = (0, None)
     _ticks: list[Tick] = field(default_factory=list)
     _outcomes: dict[int, tuple[int, PathOutcome]] = field(default_factory=dict)
-    _truth: Pose2 | None = None
 
     @property
     def has_begun(self) -> bool:
@@ -75,14 +75,14 @@ class PathEvaluator:
         """Discard the ticks of the current path: a restarted robot has a new clock."""
         self._ticks.clear()
         self._outcomes.clear()
-        self._last_ns = 0
+        self.last = (0, self.last[1])
 
     def add_tick(self, tick: Tick) -> list[PathResult | None]:
         """Add a tick; return the paths that it completes. A repeated tick is ignored."""
-        if tick.time_ns <= self._last_ns:
+        if tick.time_ns <= self.last[0]:
             return []
         self._ticks.append(tick)
-        self._last_ns, self._truth = tick.time_ns, tick.truth
+        self.last = tick.time_ns, tick.truth
         return self._evaluate()
 
     def add_outcome(
@@ -106,12 +106,12 @@ class PathEvaluator:
         while self._outcomes:
             path = min(self._outcomes)
             end_ns, outcome = self._outcomes[path]
-            if self._last_ns < end_ns and not final:
+            if self.last[0] < end_ns and not final:
                 break
             del self._outcomes[path]
             count = bisect_right(self._ticks, end_ns, key=lambda tick: tick.time_ns)
             ticks, self._ticks = self._ticks[:count], self._ticks[count:]
-            truth = ticks[-1].truth if ticks else self._truth
+            truth = ticks[-1].truth if ticks else self.last[1]
             skipped, self.path = path - self.path, path
             results += [None] * skipped
             if truth is None:

@@ -91,7 +91,7 @@ class RunMonitor(Node):
     def progress(self) -> Progress:
         """Progress of the run."""
         path, placed = self._evaluator.path, self._evaluator.has_begun
-        last_ns, truth = self._last_truth or (0, None)
+        last_ns, truth = self._last_truth or self._evaluator.last
         return Progress(path=path, placed=placed, last_ns=last_ns, truth=truth)
 
     def start_path(self) -> None:
