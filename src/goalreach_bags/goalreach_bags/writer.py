@@ -4,7 +4,7 @@ from collections.abc import Callable
 import errno
 from pathlib import Path
 import time
-from typing import Final, NoReturn
+from typing import Final
 
 from goalreach_bags.mcap_file import McapWriter
 from goalreach_bags.metadata import BagMetadata, metadata_text, total_span, write_metadata
@@ -23,8 +23,6 @@ from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 _StorageFile = McapWriter | SqliteWriter
-_BYTES_PER_MB: Final = 1_000_000
-_NS_PER_S: Final = 1_000_000_000
 _FLUSH_BYTES: Final = 768 * 1024
 """Size of a chunk, that of rosbag2's writer."""
 FLUSH_S: Final = 1.0
@@ -162,8 +160,8 @@ class BagWriter:
         began_ns = span.first_ns if span.counts else self._pending[0][1]
         max_mb, max_s = self._options.max_size, self._options.max_duration
         size = self._storage.size + self._pending_bytes
-        is_large = max_mb is not None and size >= max_mb * _BYTES_PER_MB
-        return is_large or (max_s is not None and time_ns - began_ns >= max_s * _NS_PER_S)
+        is_large = max_mb is not None and size >= max_mb * 1e6
+        return is_large or (max_s is not None and time_ns - began_ns >= max_s * 1e9)
 
     def _flush(self) -> None:
         self._flushed_s = self._now()
@@ -193,16 +191,14 @@ class BagWriter:
         write_metadata(self.path, self.metadata())
 
     def _do(self, action: Callable[[], None]) -> None:
+        """Act on the files; where that fails, close the bag after what was flushed before."""
         try:
             action()
         except (OSError, FileFormatError) as error:
-            self._stop(error)
-
-    def _stop(self, error: OSError | FileFormatError) -> NoReturn:
-        """Close the bag after the last messages that were flushed."""
-        number = error.errno if isinstance(error, OSError) else None
-        full = number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
+            full = getattr(error, 'errno', None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+            reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
+        else:
+            return
         rest = 'the bag so far is complete'
         try:
             self._pending, self._pending_bytes = [], 0
