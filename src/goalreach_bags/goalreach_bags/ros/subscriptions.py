@@ -10,8 +10,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from goalreach_bags.decode import begins_with_stamp
 from goalreach_bags.options import TopicSelection
-from goalreach_bags.ros.qos_profiles import bag_topic
 from goalreach_bags.tick_order import SequenceCount
+from goalreach_bags.topic import message_definition
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RawReader, meet_all
@@ -40,18 +40,12 @@ class TopicSubscription(RawReader):
         self.name, self.type_name = name, type_name
         self.stamped = begins_with_stamp(type_name, kind)
         self.numbers = SequenceCount()
-        self._publishers = 1
-
-    def count_publishers(self) -> int:
-        """Return how many publishers are connected."""
-        self._publishers = super().count_publishers()
-        return self._publishers
 
     def take(self) -> Iterator[ReceivedMessage]:
         """Yield the messages that have arrived."""
         for data, info in self.received():
             if number := info['publication_sequence_number']:
-                self.numbers.add(number, self._publishers)
+                self.numbers.add(number, self.count_publishers())
             yield self, data, info
 
 
@@ -90,8 +84,6 @@ class GraphSubscriptions:
                 except GoalreachError as error:
                     self._refused.add(name)
                     self._node.get_logger().warning(f'{name} is not recorded: {error}')
-        for subscription in self.by_name.values():
-            subscription.count_publishers()
 
     def _check_expected(self) -> None:
         """Drop subscriptions that receive nothing, because their publishers are others."""
@@ -119,7 +111,7 @@ class GraphSubscriptions:
     def _subscribe(self, name: str, types: Sequence[str]) -> TopicSubscription:
         if len(types) > 1:
             raise GoalreachError(f'has several types: {", ".join(types)}')
-        bag_topic(self._node, name, types[0])
+        message_definition(types[0])  # without which a bag cannot hold its messages
         return TopicSubscription(self._node, name, types[0])
 
     def take(self) -> Iterator[ReceivedMessage]:
