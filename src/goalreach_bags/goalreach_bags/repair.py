@@ -43,14 +43,9 @@ class BagScan:
     metadata: BagMetadata
 
     @property
-    def damaged(self) -> list[StorageScan]:
-        """Files that a repair writes again."""
-        return [file for file in self.files if file.damage]
-
-    @property
     def damage(self) -> dict[str, str]:
-        """What is wrong with each damaged file, by its name."""
-        return {file.path.name: file.damage for file in self.damaged}
+        """What is wrong with each damaged file, by its name; a repair writes it again."""
+        return {file.path.name: file.damage for file in self.files if file.damage}
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -206,7 +201,7 @@ def repair_bag(path: Path, *, replace_files: bool = False) -> BagScan:
 
 
 def _repair(scan: BagScan, *, replace_files: bool) -> None:
-    path, damaged = scan.path, scan.damaged
+    path, damaged = scan.path, [file for file in scan.files if file.damage]
     if scan.is_newer:
         problem = 'is of a version newer than is known here: it cannot be written again'
         raise BagError(path / METADATA_NAME, problem)

@@ -1,6 +1,7 @@
 """Topics of a bag: type, definition and offered quality of service."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 import os
@@ -114,8 +115,6 @@ def _read(package: str, name: str) -> str:
     prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     for prefix in filter(None, prefixes):
         path = Path(prefix) / 'share' / package / 'msg' / f'{name}.msg'
-        try:
+        with suppress(OSError):
             return path.read_text(encoding='utf-8')
-        except OSError:
-            continue
     raise GoalreachError(f'{package}/msg/{name}: its definition is not installed')
