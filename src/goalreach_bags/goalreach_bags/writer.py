@@ -115,8 +115,7 @@ class BagWriter:
         Raises:
             BagStoppedError: The disk is full or failed.
         """
-        now_s = self._now()
-        if now_s - self._flushed_s >= FLUSH_S:
+        if self._now() - self._flushed_s >= FLUSH_S:
             self._do(self._flush)
 
     def close(self) -> BagMetadata:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 import json
+import math
 from pathlib import Path
 import time
 from typing import Final
@@ -201,10 +202,9 @@ class Recorder(Node):
     def _write(
         self, name: str, time_ns: int, data: bytes, published_ns: int | None = None
     ) -> None:
-        if self.stopped or not self._inputs.records(name):
-            return
-        self._add_topic(name)
-        self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
+        if self._inputs.records(name):
+            self._add_topic(name)
+            self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
 
     def _add_topic(self, name: str) -> None:
         if name not in self._writer.topics:
@@ -245,12 +245,7 @@ def record(options: RecordOptions) -> tuple[str, bool]:
     """Record until a signal or the end of the time; return a line, and whether it is whole."""
     terminate_with_launcher()
     stop = StopRequest()
-    began_s = time.monotonic()
-
-    def is_over() -> bool:
-        limit_s = options.duration
-        return stop.requested or (limit_s is not None and time.monotonic() - began_s >= limit_s)
-
+    end_s = time.monotonic() + (options.duration or math.inf)
     console = Console(stderr=True)
     status = Status('recording', console=console)
     with ros_session(profile=DISCOVERY_PROFILE) as closing:
@@ -259,5 +254,5 @@ def record(options: RecordOptions) -> tuple[str, bool]:
             status.start()
         recorder = Recorder(options)
         closing.callback(recorder.destroy_node)
-        line = recorder.record(is_over, status.update)
+        line = recorder.record(lambda: stop.requested or time.monotonic() >= end_s, status.update)
         return line, not recorder.stopped

@@ -116,22 +116,18 @@ class GraphSubscriptions:
 
     def take(self) -> Iterator[ReceivedMessage]:
         """Yield the messages that have arrived, those of the clock first."""
-        clock = self.by_name.get(self._clock)
-        if clock is not None:
-            yield from clock.take()
-        for subscription in list(self.by_name.values()):
-            if subscription is not clock:
-                yield from subscription.take()
+        for name in sorted(self.by_name, key=lambda name: name != self._clock):
+            yield from self.by_name[name].take()
 
     def all_connected(self, names: Sequence[str]) -> bool:
         """Return whether topics are subscribed to, and all known publishers of each connected."""
-        found = [(name, self.by_name.get(name)) for name in names]
         return all(
-            one is not None and one.count_publishers() >= max(1, self._node.count_publishers(name))
-            for name, one in found
+            name in self.by_name
+            and self.by_name[name].count_publishers() >= max(1, self._node.count_publishers(name))
+            for name in names
         )
 
     def lost(self) -> dict[str, int]:
         """Return the lost messages by recorded topic, where there are any."""
-        lost = {name: one.numbers.lost for name, one in self.by_name.items() if self.records(name)}
-        return {name: count for name, count in lost.items() if count}
+        recorded = filter(self.records, self.by_name)
+        return {name: lost for name in recorded if (lost := self.by_name[name].numbers.lost)}
