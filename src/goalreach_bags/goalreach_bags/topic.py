@@ -100,15 +100,14 @@ def message_definition(type_name: str) -> str:
 
 def _full_text(package: str, name: str, seen: set[tuple[str, str]]) -> str:
     text = _read(package, name)
-    result = text
     names = {n for n in _FIELD.findall(re.sub(r'#.*', '', text)) if not _BUILT_IN.match(n)}
     parts = [nested.split('/') if '/' in nested else [package, nested] for nested in names]
     for full_name in sorted({(part[0], part[-1]) for part in parts}):
         if full_name not in seen:
             seen.add(full_name)
-            result += f'\n{_SEPARATOR}\nMSG: {"/".join(full_name)}\n'
-            result += _full_text(*full_name, seen)
-    return result
+            text += f'\n{_SEPARATOR}\nMSG: {"/".join(full_name)}\n'
+            text += _full_text(*full_name, seen)
+    return text
 
 
 def _read(package: str, name: str) -> str:

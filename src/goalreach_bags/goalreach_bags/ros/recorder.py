@@ -137,13 +137,10 @@ class Recorder(Node):
             size_mb, lost = self._writer.size / 1e6, sum(self._inputs.lost().values())
             count = f'{self._writer.message_count} messages of {len(self._writer.topics)} topics'
             watch(f'{count}, {size_mb:.1f} MB, {lost} lost')
-        heard = False
         for message in self._inputs.take():
-            heard = True
-            self._accept(message)
-        if heard:
             self._heard_s = now_s
-        else:
+            self._accept(message)
+        if self._heard_s != now_s:
             time.sleep(_LOCKSTEP_POLL_S if self._in_order else _POLL_S)
 
     def _register(self) -> None:
