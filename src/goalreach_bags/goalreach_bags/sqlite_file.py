@@ -280,7 +280,6 @@ def is_truncated_database(path: Path) -> bool:
     try:
         with _recovered(path) as base:
             rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-            tables = {name for (name,) in rows}
+            return {name for (name,) in rows} <= _FIRST_TABLES
     except sqlite3.Error:
         return False
-    return 'messages' not in tables and tables <= _FIRST_TABLES
