@@ -47,6 +47,7 @@ class McapWriter:
         kind = CompressionType.ZSTD if zstd else CompressionType.NONE
         self._writer = Writer(self._tail, chunk_size=sys.maxsize, compression=kind)
         self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
         self._failed = False
         self.closing_bytes = 0
         self._writer.start('ros2', LIBRARY)
@@ -57,7 +58,7 @@ class McapWriter:
         """Bytes so far."""
         return self._tail.begin
 
-    def add_topic(self, _number: int, topic: BagTopic) -> None:
+    def add_topic(self, topic: BagTopic) -> None:
         """Add schema and channel of a topic, with the metadata that rosbag2 keeps."""
         name, definition, offers = topic.type_name, topic.definition, offers_to_text(topic.offers)
         if name not in self._schemas:
@@ -65,13 +66,15 @@ class McapWriter:
                 name, topic.encoding, definition.encode()
             )
         metadata = {'offered_qos_profiles': offers, 'topic_type_hash': topic.type_hash}
-        self._writer.register_channel(topic.name, 'cdr', self._schemas[name], metadata)
+        self._channels[topic.name] = self._writer.register_channel(
+            topic.name, 'cdr', self._schemas[name], metadata
+        )
         self.closing_bytes += len(definition.encode()) + len(offers) + _PER_CHUNK_BYTES
 
     def append(self, messages: Sequence[StoredMessage]) -> None:
         """Write messages as one chunk, with its indexes."""
-        for number, time_ns, publish_ns, data in messages:
-            self._writer.add_message(number, time_ns, data, publish_ns)
+        for topic, time_ns, publish_ns, data in messages:
+            self._writer.add_message(self._channels[topic], time_ns, data, publish_ns)
         self._writer.flush()  # type: ignore[no-untyped-call]
         self.closing_bytes += _PER_CHUNK_BYTES
         self._append()

@@ -63,14 +63,6 @@ _DAMAGE: Final = (
 """Raised for a record that is not sound; RuntimeError by lz4."""
 
 
-def encode(*records: McapRecord) -> bytes:
-    """Return records as they are stored."""
-    builder = RecordBuilder()
-    for record in records:
-        record.write(builder)
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
 def channel_topic(channel: Channel, schemas: Mapping[int, Schema]) -> BagTopic:
     """Return the topic that a channel belongs to; without definition where it has no schema."""
     schema = schemas.get(channel.schema_id) or Schema(id=0, data=b'', encoding='', name='')
@@ -225,7 +217,9 @@ class McapScan(StorageScan):
             return [content]
         reader = StreamReader(BytesIO(content), skip_magic=True, emit_chunks=True)
         record = next(reader.records)
-        again = encode(record)[_HEAD.size :]
+        builder = RecordBuilder()
+        record.write(builder)
+        again = bytes(builder.end())[_HEAD.size :]  # type: ignore[no-untyped-call]
         if content[0] == Opcode.DATA_END:
             again = crc32(memoryview(data)[:offset]).to_bytes(_CRC_BYTES, 'little')
         without_checksum = again[:-_CRC_BYTES] + bytes(_CRC_BYTES)

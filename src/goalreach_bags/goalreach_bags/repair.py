@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from goalreach_bags.mcap_repair import MAGIC, scan_mcap
@@ -42,14 +43,9 @@ class BagScan:
     metadata: BagMetadata
 
     @property
-    def damaged(self) -> list[StorageScan]:
-        """Files that a repair writes again."""
-        return [file for file in self.files if file.damage]
-
-    @property
     def damage(self) -> dict[str, str]:
-        """What is wrong with each damaged file, by its name."""
-        return {file.path.name: file.damage for file in self.damaged}
+        """What is wrong with each damaged file, by its name; a repair writes it again."""
+        return {file.path.name: file.damage for file in self.files if file.damage}
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -205,49 +201,35 @@ def repair_bag(path: Path, *, replace_files: bool = False) -> BagScan:
 
 
 def _repair(scan: BagScan, *, replace_files: bool) -> None:
-    path, damaged = scan.path, scan.damaged
+    path, damaged = scan.path, [file for file in scan.files if file.damage]
     if scan.is_newer:
         problem = 'is of a version newer than is known here: it cannot be written again'
         raise BagError(path / METADATA_NAME, problem)
     aside = [*scan.unfinished, *(file.path for file in damaged)]
     if (path / METADATA_NAME).exists():
         aside.append(path / METADATA_NAME)
-    _require_free_names(path, aside)
-    _write_repaired(damaged, metadata_text(scan.metadata))
-    for file in aside:
-        _move(file, file.with_name(f'{file.name}.damaged'))
-    for repaired in damaged:
-        _repaired(repaired.path).rename(repaired.path)
+    kept = [_name_to_keep(file) for file in aside]
+    with TemporaryDirectory(dir=path, prefix='.repair-') as folder:
+        repaired = [Path(folder) / file.path.name for file in damaged]
+        for source, target in zip(damaged, repaired, strict=True):
+            source.write_repaired(target, metadata_text(scan.metadata))
+        for file, target in zip(aside, kept, strict=True):
+            _move(file, target)
+        for file in repaired:
+            file.rename(path / file.name)
     write_metadata(path, scan.metadata)
     if problems := scan_bag(path).problems:
         raise BagError(path, f'is not repaired: {problems[0]}')
-    for file in aside if replace_files else ():
-        kept = file.with_name(f'{file.name}.damaged')
-        for each in (kept, *journals_of(kept)):
+    for file in kept if replace_files else ():
+        for each in (file, *journals_of(file)):
             each.unlink(missing_ok=True)
 
 
-def _write_repaired(scans: Sequence[StorageScan], metadata: str) -> None:
-    """Write the repaired files, all or none."""
-    try:
-        for scan in scans:
-            scan.write_repaired(_repaired(scan.path), metadata)
-    except BaseException:
-        for scan in scans:
-            _repaired(scan.path).unlink(missing_ok=True)
-        raise
-
-
-def _repaired(file: Path) -> Path:
-    return file.with_name(f'{file.name}.repaired')
-
-
-def _require_free_names(path: Path, files: list[Path]) -> None:
-    for file in files:
-        for ending in ('.damaged', '.repaired'):
-            if file.with_name(f'{file.name}{ending}').exists():
-                problem = f'holds {file.name}{ending} of an earlier repair: move it away first'
-                raise BagError(path, problem)
+def _name_to_keep(file: Path) -> Path:
+    kept = file.with_name(f'{file.name}.damaged')
+    if kept.exists():
+        raise BagError(file.parent, f'holds {kept.name} of an earlier repair: move it away first')
+    return kept
 
 
 def _move(file: Path, target: Path) -> None:

@@ -1,7 +1,7 @@
 """Time series of a run, read from its bag, and their figures."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 import math
 from typing import Any, Final
 
@@ -24,7 +24,7 @@ from goalreach_msgs_py.diagnostic_messages import q_table_from_raw, state_from_r
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.files import load_yaml
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw, twist_from_raw
-from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, Twist2
+from goalreach_msgs_py.values import Confidence, FloatArray, Twist2
 
 _READERS: Final[Mapping[str, Callable[[bytes], Any]]] = {
     topics.GROUND_TRUTH: odometry_from_raw,
@@ -97,12 +97,12 @@ def read_run_series(bag: BagReader) -> RunSeries:
     return RunSeries(
         arena=_recorded_arena(bag),
         time_s=np.array(stamps) * 1e-9,
-        truth=np.array([_pose(truths[s].pose) if truths else [np.nan] * 3 for s in stamps]),
-        estimate=np.where(doubt, np.nan, [_pose(estimate.pose) for estimate in estimates]),
+        truth=np.array([astuple(truths[s].pose) if truths else [np.nan] * 3 for s in stamps]),
+        estimate=np.where(doubt, np.nan, [astuple(estimate.pose) for estimate in estimates]),
         sigma=np.where(doubt, np.nan, np.sqrt(variances)),
         memberships=np.array([(*state.mu_x, *state.mu_y) for state in states]),
         q=_q_over_time(by_topic[topics.Q_TABLE], stamps, region),
-        command=np.array([(t.linear_m_per_s, t.steering_rad_per_s) for t in twists]),
+        command=np.array([astuple(twist) for twist in twists]),
     )
 
 
@@ -113,10 +113,6 @@ def _recorded_arena(bag: BagReader) -> Arena:
         return Arena.from_parameters(parameters['nomad200']['ros__parameters'])
     except (KeyError, TypeError, yaml.YAMLError, GoalreachError):
         return Arena()
-
-
-def _pose(pose: Pose2) -> tuple[float, float, float]:
-    return pose.x_m, pose.y_m, pose.heading_rad
 
 
 def _q_over_time(

@@ -44,6 +44,7 @@ class SqliteWriter:
     def __init__(self, path: Path, *, zstd: bool) -> None:
         self._zstd = zstd
         self._types: set[str] = set()
+        self._topics: dict[str, int | None] = {}
         self.size = self.closing_bytes = 0
         with _as_os_error():
             self._base = sqlite3.connect(path)
@@ -54,12 +55,13 @@ class SqliteWriter:
             with self._base:
                 self._base.execute('UPDATE schema SET ros_distro = ?', (ROS_DISTRO,))
 
-    def add_topic(self, number: int, topic: BagTopic) -> None:
+    def add_topic(self, topic: BagTopic) -> None:
         """Add a topic and the definition of its type."""
         offers = offers_to_text(topic.offers)
-        row = (number, topic.name, topic.type_name, 'cdr', offers, topic.type_hash)
+        row = (topic.name, topic.type_name, 'cdr', offers, topic.type_hash)
         with _as_os_error(), self._base:
-            self._base.execute('INSERT INTO topics VALUES(?, ?, ?, ?, ?, ?)', row)
+            added = self._base.execute('INSERT INTO topics VALUES(NULL, ?, ?, ?, ?, ?)', row)
+            self._topics[topic.name] = added.lastrowid
             if topic.type_name not in self._types:
                 self._types.add(topic.type_name)
                 self._base.execute(
@@ -70,8 +72,8 @@ class SqliteWriter:
     def append(self, messages: Sequence[StoredMessage]) -> None:
         """Write messages; the format has no place for the time of publication."""
         rows = [
-            (number, time_ns, zstandard.compress(data, ZSTD_LEVEL) if self._zstd else data)
-            for number, time_ns, _, data in messages
+            (self._topics[topic], at, zstandard.compress(data, ZSTD_LEVEL) if self._zstd else data)
+            for topic, at, _, data in messages
         ]
         with _as_os_error(), self._base:
             self._base.executemany('INSERT INTO messages VALUES(NULL, ?, ?, ?)', rows)
@@ -278,7 +280,6 @@ def is_truncated_database(path: Path) -> bool:
     try:
         with _recovered(path) as base:
             rows = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-            tables = {name for (name,) in rows}
+            return {name for (name,) in rows} <= _FIRST_TABLES
     except sqlite3.Error:
         return False
-    return 'messages' not in tables and tables <= _FIRST_TABLES

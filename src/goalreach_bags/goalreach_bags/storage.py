@@ -56,8 +56,8 @@ class BagMessage:
     data: bytes
 
 
-StoredMessage = tuple[int, int, int, bytes]
-"""Number of the topic, receive time, time of publication, and data of a message for a file."""
+StoredMessage = tuple[str, int, int, bytes]
+"""Topic, receive time, time of publication, and data of a message for a file."""
 
 
 @dataclass(kw_only=True)

@@ -1,6 +1,7 @@
 """Topics of a bag: type, definition and offered quality of service."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 import os
@@ -99,23 +100,20 @@ def message_definition(type_name: str) -> str:
 
 def _full_text(package: str, name: str, seen: set[tuple[str, str]]) -> str:
     text = _read(package, name)
-    result = text
     names = {n for n in _FIELD.findall(re.sub(r'#.*', '', text)) if not _BUILT_IN.match(n)}
     parts = [nested.split('/') if '/' in nested else [package, nested] for nested in names]
     for full_name in sorted({(part[0], part[-1]) for part in parts}):
         if full_name not in seen:
             seen.add(full_name)
-            result += f'\n{_SEPARATOR}\nMSG: {"/".join(full_name)}\n'
-            result += _full_text(*full_name, seen)
-    return result
+            text += f'\n{_SEPARATOR}\nMSG: {"/".join(full_name)}\n'
+            text += _full_text(*full_name, seen)
+    return text
 
 
 def _read(package: str, name: str) -> str:
     prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     for prefix in filter(None, prefixes):
         path = Path(prefix) / 'share' / package / 'msg' / f'{name}.msg'
-        try:
+        with suppress(OSError):
             return path.read_text(encoding='utf-8')
-        except OSError:
-            continue
     raise GoalreachError(f'{package}/msg/{name}: its definition is not installed')

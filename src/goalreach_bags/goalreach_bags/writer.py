@@ -4,7 +4,7 @@ from collections.abc import Callable
 import errno
 from pathlib import Path
 import time
-from typing import Final, NoReturn
+from typing import Final
 
 from goalreach_bags.mcap_file import McapWriter
 from goalreach_bags.metadata import BagMetadata, metadata_text, total_span, write_metadata
@@ -23,8 +23,6 @@ from goalreach_bags.topic import BagTopic
 from goalreach_msgs_py.errors import FileFormatError
 
 _StorageFile = McapWriter | SqliteWriter
-_BYTES_PER_MB: Final = 1_000_000
-_NS_PER_S: Final = 1_000_000_000
 _FLUSH_BYTES: Final = 768 * 1024
 """Size of a chunk, that of rosbag2's writer."""
 FLUSH_S: Final = 1.0
@@ -60,25 +58,26 @@ class BagWriter:
         self._options = options
         self._now = now
         self.topics: dict[str, BagTopic] = {}
-        self._numbers: dict[str, int] = {}
         self.message_count = 0
-        self._done: list[FileSpan] = []
+        self._spans: list[FileSpan] = []
         self.custom: dict[str, str] = {}
         self._pending: list[StoredMessage] = []
         self._pending_bytes = 0
         self._flushed_s = now()
+        self._file: _StorageFile | None = None
         require_new_bag(self.path)
         try:
             self.path.mkdir(parents=True)
-            self._file: _StorageFile | None = self._open_file()
+            self._open_file()
         except OSError as error:
             raise BagError(path, f'cannot be made: {error.strerror}') from None
 
     @property
     def size(self) -> int:
         """Bytes of all files."""
-        closed = sum((self.path / span.name).stat().st_size for span in self._done)
-        return closed + (0 if self._file is None else self._file.size + self._pending_bytes)
+        closed = self._spans if self._file is None else self._spans[:-1]
+        size = sum((self.path / span.name).stat().st_size for span in closed)
+        return size if self._file is None else size + self._file.size + self._pending_bytes
 
     def add_topic(self, topic: BagTopic) -> None:
         """Add a topic before its first message.
@@ -87,8 +86,7 @@ class BagWriter:
             BagStoppedError: The disk is full or failed.
         """
         self.topics[topic.name] = topic
-        self._numbers[topic.name] = len(self.topics)
-        self._do(lambda: self._storage.add_topic(self._numbers[topic.name], topic))
+        self._do(lambda: self._storage.add_topic(topic))
 
     def write(self, name: str, time_ns: int, data: bytes, publish_ns: int | None = None) -> None:
         """Add a message of a topic.
@@ -104,9 +102,8 @@ class BagWriter:
         """
         if self._is_full(time_ns):
             self._do(self._split)
-        number = self._numbers[name]
         published_ns = time_ns if publish_ns is None else publish_ns
-        self._pending.append((number, time_ns, published_ns, data))
+        self._pending.append((name, time_ns, published_ns, data))
         self._pending_bytes += len(data)
         self.message_count += 1
         if self._pending_bytes >= _FLUSH_BYTES:
@@ -118,8 +115,7 @@ class BagWriter:
         Raises:
             BagStoppedError: The disk is full or failed.
         """
-        now_s = self._now()
-        if now_s - self._flushed_s >= FLUSH_S:
+        if self._now() - self._flushed_s >= FLUSH_S:
             self._do(self._flush)
 
     def close(self) -> BagMetadata:
@@ -133,13 +129,12 @@ class BagWriter:
 
     def metadata(self) -> BagMetadata:
         """Return the metadata of what was flushed so far."""
-        spans = tuple(self._done if self._file is None else [*self._done, self._span])
         options = self._options
         return BagMetadata(
             storage=options.storage,
             topics=tuple(self.topics.values()),
-            files=spans,
-            total=total_span(spans),
+            files=tuple(self._spans),
+            total=total_span(self._spans),
             compression_mode='MESSAGE' if options.zstd and options.storage == 'sqlite3' else '',
             custom=self.custom,
         )
@@ -150,48 +145,44 @@ class BagWriter:
             raise BagError(self.path, 'is closed')
         return self._file
 
-    def _open_file(self) -> _StorageFile:
+    def _open_file(self) -> None:
         suffix = SUFFIXES[self._options.storage]
-        self._span = FileSpan(name=f'{self.path.name}_{len(self._done)}{suffix}')
+        name = f'{self.path.name}_{len(self._spans)}{suffix}'
         make = McapWriter if self._options.storage == 'mcap' else SqliteWriter
-        return make(self.path / self._span.name, zstd=self._options.zstd)
+        self._file = make(self.path / name, zstd=self._options.zstd)
+        self._spans.append(FileSpan(name=name))
 
     def _is_full(self, time_ns: int) -> bool:
-        if not (self._span.counts or self._pending):
+        span = self._spans[-1]
+        if not (span.counts or self._pending):
             return False
-        began_ns = self._span.first_ns if self._span.counts else self._pending[0][1]
+        began_ns = span.first_ns if span.counts else self._pending[0][1]
         max_mb, max_s = self._options.max_size, self._options.max_duration
         size = self._storage.size + self._pending_bytes
-        is_large = max_mb is not None and size >= max_mb * _BYTES_PER_MB
-        return is_large or (max_s is not None and time_ns - began_ns >= max_s * _NS_PER_S)
+        is_large = max_mb is not None and size >= max_mb * 1e6
+        return is_large or (max_s is not None and time_ns - began_ns >= max_s * 1e9)
 
     def _flush(self) -> None:
         self._flushed_s = self._now()
         if self._pending:
             # Twice the messages: SQLite writes to its journal, too.
             needed = 2 * self._pending_bytes + self._storage.closing_bytes
-            require_free_space(self.path / self._span.name, needed)
+            require_free_space(self.path / self._spans[-1].name, needed)
             self._storage.append(self._pending)
-            names = list(self.topics)
-            for number, time_ns, _, _ in self._pending:
-                self._span.add(names[number - 1], time_ns)
-            self._drop_pending()
-
-    def _drop_pending(self) -> None:
-        self._pending.clear()
-        self._pending_bytes = 0
+            for name, time_ns, _, _ in self._pending:
+                self._spans[-1].add(name, time_ns)
+            self._pending, self._pending_bytes = [], 0
 
     def _split(self) -> None:
         self._finish_file()
-        self._file = self._open_file()
-        for name, topic in self.topics.items():
-            self._file.add_topic(self._numbers[name], topic)
+        self._open_file()
+        for topic in self.topics.values():
+            self._storage.add_topic(topic)
 
     def _finish_file(self) -> None:
         self._flush()
         self._storage.finish(metadata_text(self.metadata()))
         self._file = None
-        self._done.append(self._span)
 
     def _finish(self) -> None:
         if self._file is not None:
@@ -199,19 +190,17 @@ class BagWriter:
         write_metadata(self.path, self.metadata())
 
     def _do(self, action: Callable[[], None]) -> None:
+        """Act on the files; where that fails, close the bag after what was flushed before."""
         try:
             action()
         except (OSError, FileFormatError) as error:
-            self._stop(error)
-
-    def _stop(self, error: OSError | FileFormatError) -> NoReturn:
-        """Close the bag after the last messages that were flushed."""
-        number = error.errno if isinstance(error, OSError) else None
-        full = number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
+            full = getattr(error, 'errno', None) in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+            reason = 'the disk is full' if full else getattr(error, 'strerror', None) or str(error)
+        else:
+            return
         rest = 'the bag so far is complete'
         try:
-            self._drop_pending()
+            self._pending, self._pending_bytes = [], 0
             self._finish()
         except (OSError, FileFormatError):
             rest = 'the bag so far needs record --repair'

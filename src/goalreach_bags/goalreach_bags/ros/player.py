@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 import itertools
@@ -312,41 +312,33 @@ _READ_BYTES: Final = 1024
 _ARROWS: Final = {'\x1b[A': 'up', '\x1b[B': 'down', '\x1b[C': 'right', '\x1b[D': 'left'}
 
 
-class Keyboard:
-    """Reads keys as they are pressed; none where stdin is no terminal."""
+@contextmanager
+def keyboard() -> Iterator[Callable[[float], str]]:
+    """Read keys at once and without echo inside the context; none where stdin is no terminal.
 
-    def __init__(self) -> None:
-        self._is_terminal = sys.stdin.isatty()
-        self._typed = ''
+    Yields:
+        A function that returns a key pressed within a time, '' if none is; arrows as 'up'...
+    """
+    terminals = [sys.stdin] if sys.stdin.isatty() else []
+    typed = ''
 
-    @contextmanager
-    def listening(self) -> Iterator[None]:
-        """Read keys at once and without echo inside the context."""
-        if not self._is_terminal:
-            yield
-            return
-        descriptor = sys.stdin.fileno()
-        before = termios.tcgetattr(descriptor)
-        try:
-            tty.setcbreak(descriptor)
-            yield
-        finally:
-            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
-
-    def key(self, timeout_s: float) -> str:
-        """Return a key that is pressed within a time, '' if none is; arrows as 'up', 'right'..."""
-        if not self._is_terminal:
-            select.select([], [], [], timeout_s)
-            return ''
-        if not self._typed:
-            ready, _, _ = select.select([sys.stdin], [], [], timeout_s)
+    def key(timeout_s: float) -> str:
+        nonlocal typed
+        if not typed:
+            ready, _, _ = select.select(terminals, [], [], timeout_s)
             if not ready:
                 return ''
-            self._typed = os.read(sys.stdin.fileno(), _READ_BYTES).decode(errors='replace')
-        typed = self._typed
-        key = typed[:3] if typed[:3] in _ARROWS else typed[:1]
-        self._typed = typed.removeprefix(key)
-        return _ARROWS.get(key, key)
+            typed = os.read(sys.stdin.fileno(), _READ_BYTES).decode(errors='replace')
+        first = typed[:3] if typed[:3] in _ARROWS else typed[:1]
+        typed = typed.removeprefix(first)
+        return _ARROWS.get(first, first)
+
+    with ExitStack() as restored:
+        for terminal in terminals:
+            before = termios.tcgetattr(terminal)
+            restored.callback(termios.tcsetattr, terminal, termios.TCSADRAIN, before)
+            tty.setcbreak(terminal)
+        yield key
 
 
 _MS: Final = 1_000_000
@@ -358,16 +350,14 @@ def replay(options: ReplayOptions) -> str:
     Raises:
         GoalreachError: The bag cannot be read, or holds nothing to replay.
     """
-    stop, keyboard = StopRequest(), Keyboard()
+    stop = StopRequest()
     label = 'replay (space: pause, s: step, up/down: rate, q: end)'
-    with BagReader(options.bag) as bag, ros_session() as closing:
-        player = Player(bag, options, lambda: stop.requested, keyboard.key)
+    with BagReader(options.bag) as bag, keyboard() as key, ros_session() as closing:
+        player = Player(bag, options, lambda: stop.requested, key)
         closing.callback(player.destroy_node)
         began_s = time.monotonic()
         total = player.duration_ns // _MS
-        with (
-            keyboard.listening(),
-            progress_bar(label, total=total, quiet=options.quiet or options.loop) as advance,
-        ):
+        quiet = options.quiet or options.loop
+        with progress_bar(label, total=total, quiet=quiet) as advance:
             sent = player.play(lambda passed_ns: advance(passed_ns // _MS))
     return f'replayed {sent} messages in {time.monotonic() - began_s:.1f} s: {options.bag}'

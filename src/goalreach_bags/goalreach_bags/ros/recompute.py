@@ -31,8 +31,8 @@ from goalreach_perception.state_estimator_node import StateEstimatorNode
 
 _CONNECT_S: Final = 10.0
 _REPEAT_S: Final = 1.0
-_ANSWER_S: Final = 20.0
-"""Chosen: after the first a lost message is sent again, after the second nodes have failed."""
+_ATTEMPTS: Final = 20
+"""Chosen: after the first a lost message is sent again, after so many nodes have failed."""
 
 _INCOMPLETE_STAMPS: Final = 64
 """Stamps whose sensors may be incomplete at a time. Chosen."""
@@ -46,16 +46,15 @@ class SensorFeeder(Node):
         self._executor = executor
         self._answers: dict[str, bytes] = {}
         self._stamp_ns = -1
-        sensors, self._outputs = _sensors(bag), _recorded(bag, OUTPUTS)
-        names = (*sensors, *self._outputs)
-        kinds = {name: message_class(bag.topics[name].type_name) for name in names}
-        profiles = {name: publisher_profile(bag.topics[name].offers) for name in sensors}
-        self._sensors: dict[str, Any] = {
-            name: self.create_publisher(kinds[name], name, profiles[name]) for name in sensors
-        }
+        self._sensors: dict[str, Any] = {}
+        for name in _sensors(bag):
+            topic = bag.topics[name]
+            kind, profile = message_class(topic.type_name), publisher_profile(topic.offers)
+            self._sensors[name] = self.create_publisher(kind, name, profile)
+        self._outputs = _recorded(bag, OUTPUTS)
         for name in self._outputs:
-            collect = partial(self._collect, name)
-            self.create_subscription(kinds[name], name, collect, DEEP_QOS, raw=True)
+            kind, collect = message_class(bag.topics[name].type_name), partial(self._collect, name)
+            self.create_subscription(kind, name, collect, DEEP_QOS, raw=True)
 
     def connect(self) -> None:
         """Wait until perception is connected; it makes no use of bumpers, or of joints it lacks.
@@ -82,17 +81,13 @@ class SensorFeeder(Node):
         """
         self._stamp_ns = stamp_ns
         self._answers.clear()
-        deadline_s = time.monotonic() + _ANSWER_S
-        while len(self._answers) < len(self._outputs):
-            if time.monotonic() > deadline_s:
-                silent = ', '.join(name for name in self._outputs if name not in self._answers)
-                raise GoalreachError(
-                    f'no answer on {silent} to the sensors of {stamp_ns * 1e-9:.3f} s'
-                )
+        for _ in range(_ATTEMPTS):
             for name, publisher in self._sensors.items():
                 publisher.publish(sensors[name])
-            self._spin_until(lambda: len(self._answers) == len(self._outputs), _REPEAT_S)
-        return dict(self._answers)
+            if self._spin_until(lambda: len(self._answers) == len(self._outputs), _REPEAT_S):
+                return dict(self._answers)
+        silent = ', '.join(name for name in self._outputs if name not in self._answers)
+        raise GoalreachError(f'no answer on {silent} to the sensors of {stamp_ns * 1e-9:.3f} s')
 
     def _collect(self, name: str, data: bytes) -> None:
         if stamp_of(data) == self._stamp_ns:

@@ -1,8 +1,9 @@
 """The recorder: writes every message of the selected topics into a bag, unchanged."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 import json
+import math
 from pathlib import Path
 import time
 from typing import Final
@@ -55,19 +56,17 @@ class _Run:
 
     Attributes:
         prefix: Its namespace, with which the names of its topics begin; or empty.
+        topics: Those of its topics that are recorded, but a clock of another namespace.
         order: Order of its messages, in lockstep.
         acknowledger: Registered with its simulator; None before.
         acknowledged_ns: Its last tick that was acknowledged.
     """
 
     prefix: str
-    order: TickOrder | None = None
+    topics: list[str]
+    order: TickOrder
     acknowledger: Acknowledger | None = None
     acknowledged_ns: int | None = None
-
-    def names(self, topics: Iterable[str]) -> list[str]:
-        """Return topics of the default namespace as this run names them, but a foreign clock."""
-        return [self.prefix + name for name in topics if name != CLOCK or not self.prefix]
 
 
 class Recorder(Node):
@@ -92,13 +91,8 @@ class Recorder(Node):
         self._inputs = GraphSubscriptions(self, options.selection, options.clock_topic)
         self._clock_ns: int | None = None
         robots = options.robots or (('',) if options.with_run else ())
-        self._runs = [_Run(f'/{robot}' if robot else '') for robot in robots]
-        for run in self._runs:
-            if options.with_run != 'realtime':
-                ticks = [name for name in run.names(TICK_TOPICS) if self._inputs.records(name)]
-                run.order = TickOrder(ticks)
-            self._inputs.expect({run.prefix + name: kind for name, kind in OUTPUT_TYPES.items()})
-        self._in_order = any(run.order for run in self._runs)
+        self._runs = [self._expect_run(f'/{robot}' if robot else '') for robot in robots]
+        self._in_order = bool(self._runs) and options.with_run != 'realtime'
         asked = bool(self._runs) or options.use_sim_time
         self._sim_time = True if self._in_order else None if asked else options.use_sim_time
         self._patience_s = _CLOCK_S if asked else _DECIDE_S
@@ -106,6 +100,13 @@ class Recorder(Node):
         self._draining = False
         self.stopped = ''
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
+
+    def _expect_run(self, prefix: str) -> _Run:
+        self._inputs.expect({prefix + name: kind for name, kind in OUTPUT_TYPES.items()})
+        names = [prefix + name for name in RUN_TOPICS if name != CLOCK or not prefix]
+        recorded = [name for name in names if self._inputs.records(name)]
+        ticks = [name for name in recorded if name.removeprefix(prefix) in TICK_TOPICS]
+        return _Run(prefix, recorded, TickOrder(ticks))
 
     def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> str:
         """Record until it is over, drain messages on their way, and close the bag.
@@ -122,7 +123,7 @@ class Recorder(Node):
 
     def _is_quiet(self) -> bool:
         quiet = time.monotonic() - self._heard_s > _QUIET_S
-        return quiet and all(run.order is None or run.order.complete for run in self._runs)
+        return quiet and (not self._in_order or all(run.order.complete for run in self._runs))
 
     def _poll(self, watch: Callable[[str], None]) -> None:
         """Take the messages that have arrived, or wait a moment."""
@@ -136,22 +137,18 @@ class Recorder(Node):
             size_mb, lost = self._writer.size / 1e6, sum(self._inputs.lost().values())
             count = f'{self._writer.message_count} messages of {len(self._writer.topics)} topics'
             watch(f'{count}, {size_mb:.1f} MB, {lost} lost')
-        heard = False
         for message in self._inputs.take():
-            heard = True
-            self._accept(message)
-        if heard:
             self._heard_s = now_s
-        else:
+            self._accept(message)
+        if self._heard_s != now_s:
             time.sleep(_LOCKSTEP_POLL_S if self._in_order else _POLL_S)
 
     def _register(self) -> None:
         """Register with the simulator of each run, once every topic is connected."""
         for run in self._runs:
-            if run.order is not None and not run.order.required:
+            if self._in_order and not run.order.required:
                 continue  # no tick is ever received whole
-            wanted = [name for name in run.names(RUN_TOPICS) if self._inputs.records(name)]
-            if run.acknowledger is None and self._inputs.all_connected(wanted):
+            if run.acknowledger is None and self._inputs.all_connected(run.topics):
                 run.acknowledger = Acknowledger(self, window_ticks=1, namespace=run.prefix)
 
     def _decide_clock(self, now_s: float) -> None:
@@ -187,8 +184,7 @@ class Recorder(Node):
     def _accept_in_order(self, source: TopicSubscription, data: bytes) -> None:
         of_run = (run for run in self._runs if source.name.startswith(f'{run.prefix}/'))
         run = next(of_run, self._runs[0])
-        if (order := run.order) is None:
-            return
+        order = run.order
         stamp_ns = stamp_of(data) if source.stamped else None
         order.add(source.name, stamp_ns, erase_padding(source.type_name, data))
         for settled in order.settled():
@@ -203,10 +199,9 @@ class Recorder(Node):
     def _write(
         self, name: str, time_ns: int, data: bytes, published_ns: int | None = None
     ) -> None:
-        if self.stopped or not self._inputs.records(name):
-            return
-        self._add_topic(name)
-        self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
+        if self._inputs.records(name):
+            self._add_topic(name)
+            self._guard(lambda: self._writer.write(name, time_ns, data, published_ns))
 
     def _add_topic(self, name: str) -> None:
         if name not in self._writer.topics:
@@ -225,7 +220,7 @@ class Recorder(Node):
 
     def _close(self) -> str:
         for run in self._runs:
-            for message in run.order.rest() if run.order else ():
+            for message in run.order.rest():
                 self._write(message.topic, message.time_ns, message.data)
         self._sim_time = bool(self._sim_time)
         self._release()
@@ -247,12 +242,7 @@ def record(options: RecordOptions) -> tuple[str, bool]:
     """Record until a signal or the end of the time; return a line, and whether it is whole."""
     terminate_with_launcher()
     stop = StopRequest()
-    began_s = time.monotonic()
-
-    def is_over() -> bool:
-        limit_s = options.duration
-        return stop.requested or (limit_s is not None and time.monotonic() - began_s >= limit_s)
-
+    end_s = time.monotonic() + (options.duration or math.inf)
     console = Console(stderr=True)
     status = Status('recording', console=console)
     with ros_session(profile=DISCOVERY_PROFILE) as closing:
@@ -261,5 +251,5 @@ def record(options: RecordOptions) -> tuple[str, bool]:
             status.start()
         recorder = Recorder(options)
         closing.callback(recorder.destroy_node)
-        line = recorder.record(is_over, status.update)
+        line = recorder.record(lambda: stop.requested or time.monotonic() >= end_s, status.update)
         return line, not recorder.stopped

@@ -10,8 +10,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from goalreach_bags.decode import begins_with_stamp
 from goalreach_bags.options import TopicSelection
-from goalreach_bags.ros.qos_profiles import bag_topic
 from goalreach_bags.tick_order import SequenceCount
+from goalreach_bags.topic import message_definition
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.interfaces import message_class
 from goalreach_msgs_py.ros.messaging import RawReader, meet_all
@@ -40,18 +40,12 @@ class TopicSubscription(RawReader):
         self.name, self.type_name = name, type_name
         self.stamped = begins_with_stamp(type_name, kind)
         self.numbers = SequenceCount()
-        self._publishers = 1
-
-    def count_publishers(self) -> int:
-        """Return how many publishers are connected."""
-        self._publishers = super().count_publishers()
-        return self._publishers
 
     def take(self) -> Iterator[ReceivedMessage]:
         """Yield the messages that have arrived."""
         for data, info in self.received():
             if number := info['publication_sequence_number']:
-                self.numbers.add(number, self._publishers)
+                self.numbers.add(number, self.count_publishers())
             yield self, data, info
 
 
@@ -90,8 +84,6 @@ class GraphSubscriptions:
                 except GoalreachError as error:
                     self._refused.add(name)
                     self._node.get_logger().warning(f'{name} is not recorded: {error}')
-        for subscription in self.by_name.values():
-            subscription.count_publishers()
 
     def _check_expected(self) -> None:
         """Drop subscriptions that receive nothing, because their publishers are others."""
@@ -119,27 +111,23 @@ class GraphSubscriptions:
     def _subscribe(self, name: str, types: Sequence[str]) -> TopicSubscription:
         if len(types) > 1:
             raise GoalreachError(f'has several types: {", ".join(types)}')
-        bag_topic(self._node, name, types[0])
+        message_definition(types[0])  # without which a bag cannot hold its messages
         return TopicSubscription(self._node, name, types[0])
 
     def take(self) -> Iterator[ReceivedMessage]:
         """Yield the messages that have arrived, those of the clock first."""
-        clock = self.by_name.get(self._clock)
-        if clock is not None:
-            yield from clock.take()
-        for subscription in list(self.by_name.values()):
-            if subscription is not clock:
-                yield from subscription.take()
+        for name in sorted(self.by_name, key=lambda name: name != self._clock):
+            yield from self.by_name[name].take()
 
     def all_connected(self, names: Sequence[str]) -> bool:
         """Return whether topics are subscribed to, and all known publishers of each connected."""
-        found = [(name, self.by_name.get(name)) for name in names]
         return all(
-            one is not None and one.count_publishers() >= max(1, self._node.count_publishers(name))
-            for name, one in found
+            name in self.by_name
+            and self.by_name[name].count_publishers() >= max(1, self._node.count_publishers(name))
+            for name in names
         )
 
     def lost(self) -> dict[str, int]:
         """Return the lost messages by recorded topic, where there are any."""
-        lost = {name: one.numbers.lost for name, one in self.by_name.items() if self.records(name)}
-        return {name: count for name, count in lost.items() if count}
+        recorded = filter(self.records, self.by_name)
+        return {name: lost for name in recorded if (lost := self.by_name[name].numbers.lost)}
