@@ -1,7 +1,5 @@
 """The actor: chooses actions by a policy, says when they end and where they head, and learns."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

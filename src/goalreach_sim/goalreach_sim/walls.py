@@ -41,9 +41,8 @@ class Walls:
     obstacles: Sequence[Obstacle] = ()
 
     def __post_init__(self) -> None:
-        self.low_x_m = self.low_y_m = self.body_radius_m
-        self.high_x_m = self.width_m - self.body_radius_m
-        self.high_y_m = self.length_m - self.body_radius_m
+        self._high_x_m = self.width_m - self.body_radius_m
+        self._high_y_m = self.length_m - self.body_radius_m
         self._tracks = tuple(self.obstacles)
         self.restart()
 
@@ -59,9 +58,9 @@ class Walls:
 
     def gaps_m(self, x_m: float, y_m: float) -> tuple[float, ...]:
         """Return the gap to each wall: small x, large x, small y, large y; then each obstacle."""
-        low_y_m, high_y_m = y_m - self.low_y_m, self.high_y_m - y_m
-        gaps_m = (one.contact(x_m, y_m)[0] - self.body_radius_m for one in self.obstacles)
-        return x_m - self.low_x_m, self.high_x_m - x_m, low_y_m, high_y_m, *gaps_m
+        radius_m = self.body_radius_m
+        gaps_m = (one.contact(x_m, y_m)[0] - radius_m for one in self.obstacles)
+        return x_m - radius_m, self._high_x_m - x_m, y_m - radius_m, self._high_y_m - y_m, *gaps_m
 
     def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
         """Return the indices (see `gaps_m`) of walls and obstacles that the body overlaps.
@@ -96,8 +95,8 @@ class Walls:
         return x_m, y_m
 
     def _between_walls(self, x_m: float, y_m: float) -> tuple[float, float]:
-        y_m = min(max(y_m, self.low_y_m), self.high_y_m)
-        return min(max(x_m, self.low_x_m), self.high_x_m), y_m
+        y_m = min(max(y_m, self.body_radius_m), self._high_y_m)
+        return min(max(x_m, self.body_radius_m), self._high_x_m), y_m
 
     def monotonic_s(
         self, at: Callable[[float], tuple[float, float]], motion: Motion, limit_s: float
