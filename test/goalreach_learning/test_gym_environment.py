@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from goalreach_learning.kinematic_drive import greedy_successes
-from goalreach_learning.learner import Agent
+from goalreach_learning.learner import Agent, Situation
 from goalreach_learning.learners.tabular import PaperLearner
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.arena import Arena
@@ -122,7 +122,7 @@ def test_the_same_learner_learns_on_it() -> None:
         terminated = False
         for _ in range(60):
             region = divmod(int(state), 3)
-            action = learner.select(region, config.temperature(path // 22), rng.random())
+            action = agent.choose(Situation(region, x_m=0.0, y_m=0.0, trial=path // 22))
             state, reward, terminated, _, _ = env.step(np.int64(action))
             after = divmod(int(state), 3)
             learner.learn(region, action, reward, after, terminal=terminated)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_learning.learner import Agent, LearnerSetup
+from goalreach_learning.learner import Agent, LearnerSetup, Situation
 from goalreach_learning.learners.tabular import PaperLearner
 from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import (
@@ -81,13 +81,12 @@ CHAIN = ((0, 2), (0, 1), (0, 0), (1, 0))
 
 
 def test_learns_the_values_of_a_chain() -> None:
-    config = LearningConfig(alpha=0.5, gamma=0.8)
+    config = LearningConfig(alpha=0.5, gamma=0.8, temperature_end=1.0)
     learner = PaperLearner(setup(config))
-    rng = np.random.default_rng(1)
     for _ in range(400):
         place = 0
         while place < len(CHAIN):
-            action = learner.select(CHAIN[place], 1.0, rng.random())
+            action = learner.choose(Situation(CHAIN[place], x_m=0.0, y_m=0.0))
             after = place + (action == 0)
             done = after == len(CHAIN)
             next_state = CHAIN[place] if done else CHAIN[after]

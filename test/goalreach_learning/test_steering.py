@@ -12,7 +12,10 @@ CONFIG = ControllerConfig(cruise_speed_m_per_s=0.5)
 
 
 def rate(error_rad: float) -> float:
-    return steering_rate(error_rad, gain_per_s=2.0, limit_rad_per_s=1.0, braking_rad_per_s2=0.4)
+    config = ControllerConfig(
+        heading_gain_per_s=2.0, steering_limit_rad_per_s=1.0, steering_braking_rad_per_s2=0.4
+    )
+    return steering_rate(error_rad, config)
 
 
 def test_is_proportional_near_zero() -> None:

@@ -1,7 +1,5 @@
 """The actor: chooses actions by a policy, says when they end and where they head, and learns."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +8,6 @@ from goalreach_learning.blending import blend_heading, votes
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.learner import Agent, Experience, Situation
 from goalreach_learning.policy import Policy, action_headings_rad
-from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import Confidence, PathOutcome, Region, RegionState, Transition
 
 
@@ -23,22 +20,6 @@ class Option(NamedTuple):
     begin: Situation
     action: int
     temperature: float = 0.0
-
-
-def settled_region(
-    current: Region, state: RegionState, regions: RegionMap, margin_m: float
-) -> Region:
-    """Return the region after a state, with hysteresis at the borders.
-
-    The region changes only when the estimate is outside of it by a margin, so that an estimate
-    that jitters across a border does not change it repeatedly.
-    """
-    if state.region == current:
-        return current
-    x_low, y_low, x_high, y_high = regions.bounds(current)
-    outside_x = max(x_low - state.pose.x_m, state.pose.x_m - x_high)
-    outside_y = max(y_low - state.pose.y_m, state.pose.y_m - y_high)
-    return state.region if max(outside_x, outside_y) >= margin_m else current
 
 
 class Actor:
@@ -73,11 +54,17 @@ class Actor:
     def region_after(self, option: Option, state: RegionState) -> Region | None:
         """Return the region in which the option ended, or None while it continues.
 
-        An option that has entered the goal continues until the goal is declared.
+        The estimate must be outside of its region by a margin, so that one that jitters across a
+        border ends no further option. In the goal it continues until the goal is declared.
         """
         regions, begun = self.policy.regions, option.begin.region
-        region = settled_region(begun, state, regions, self.config.region_margin_m)
-        return None if region in (begun, regions.goal) else region
+        if state.region in (begun, regions.goal):
+            return None
+        x_low, y_low, x_high, y_high = regions.bounds(begun)
+        outside_x = max(x_low - state.pose.x_m, state.pose.x_m - x_high)
+        outside_y = max(y_low - state.pose.y_m, state.pose.y_m - y_high)
+        outside_m = max(outside_x, outside_y)
+        return state.region if outside_m >= self.config.region_margin_m else None
 
     def heading(self, option: Option | None, state: RegionState) -> float | None:
         """Return the heading to drive, radians in `map`, or None to keep the last one.

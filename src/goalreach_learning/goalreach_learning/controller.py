@@ -5,8 +5,6 @@ until the current state changes" (section "The Action Set and Q-learning"). Fuzz
 has its own heading, which the robot follows while it drives.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 import math
 from typing import NamedTuple

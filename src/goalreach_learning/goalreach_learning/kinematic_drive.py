@@ -62,9 +62,8 @@ class OptionEnvironment:
         self._ends = arena.regions.ends
         # The outer columns and rows end at walls, which are contacts, not borders.
         x_borders, y_borders = arena.regions.x_borders_m, arena.regions.y_borders_m
-        x_inner_m, y_inner_m = x_borders[1:-1], y_borders[1:-1]
-        self._x_low, self._x_high = (-math.inf, *x_inner_m), (*x_inner_m, math.inf)
-        self._y_low, self._y_high = (-math.inf, *y_inner_m), (*y_inner_m, math.inf)
+        self._x_borders_m = (-math.inf, *x_borders[1:-1], math.inf)
+        self._y_borders_m = (-math.inf, *y_borders[1:-1], math.inf)
         self._directions = action_directions(arena.regions.actions)
         self.x_contacts_m = (BODY_RADIUS_M, arena.width_m - BODY_RADIUS_M)
         self.y_contacts_m = (BODY_RADIUS_M, arena.length_m - BODY_RADIUS_M)
@@ -92,24 +91,21 @@ class OptionEnvironment:
         dx, dy = self._directions[action]
         i, j = region
         border_x = border_y = wall = math.inf
-        if dx > 0.0:
-            border_x, wall = (self._x_high[i] - x_m) / dx, (self.x_contacts_m[1] - x_m) / dx
-        elif dx < 0.0:
-            border_x, wall = (self._x_low[i] - x_m) / dx, (self.x_contacts_m[0] - x_m) / dx
-        if dy > 0.0:
-            border_y = (self._y_high[j] - y_m) / dy
-            wall = min(wall, (self.y_contacts_m[1] - y_m) / dy)
-        elif dy < 0.0:
-            border_y = (self._y_low[j] - y_m) / dy
-            wall = min(wall, (self.y_contacts_m[0] - y_m) / dy)
+        right, up = dx > 0.0, dy > 0.0  # as indices: the border or contact ahead
+        if dx:
+            border_x = (self._x_borders_m[i + right] - x_m) / dx
+            wall = (self.x_contacts_m[right] - x_m) / dx
+        if dy:
+            border_y = (self._y_borders_m[j + up] - y_m) / dy
+            wall = min(wall, (self.y_contacts_m[up] - y_m) / dy)
         border = max(0.0, min(border_x, border_y))
         if wall <= border:
             length = max(0.0, wall)
             return OptionEnd(x_m + length * dx, y_m + length * dy, region, True, length)
         if border_x <= border:
-            i += 1 if dx > 0.0 else -1
+            i += 1 if right else -1
         if border_y <= border:
-            j += 1 if dy > 0.0 else -1
+            j += 1 if up else -1
         if self.overshoot_m == 0.0 or (i, j) in self._ends:
             return OptionEnd(x_m + border * dx, y_m + border * dy, (i, j), False, border)
         length = min(border + self.overshoot_m, wall)

@@ -10,9 +10,7 @@ from goalreach_msgs_py.values import Pose2, Twist2
 STANDING = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 
 
-def steering_rate(
-    error_rad: float, *, gain_per_s: float, limit_rad_per_s: float, braking_rad_per_s2: float
-) -> float:
+def steering_rate(error_rad: float, config: ControllerConfig) -> float:
     """Return the steering rate that removes a heading error without overshoot, rad/s.
 
     Proportional near zero; for larger errors the rate from which the steering axis can still stop
@@ -20,13 +18,13 @@ def steering_rate(
     gain^2; never above the limit. The error is the target minus the heading, radians in (-pi, pi];
     a is the assumed deceleration.
     """
-    size = abs(error_rad)
-    linear_rad = braking_rad_per_s2 / gain_per_s**2
+    size, braking_rad_per_s2 = abs(error_rad), config.steering_braking_rad_per_s2
+    linear_rad = braking_rad_per_s2 / config.heading_gain_per_s**2
     if size <= linear_rad:
-        rate = gain_per_s * size
+        rate = config.heading_gain_per_s * size
     else:
         rate = math.sqrt(2.0 * braking_rad_per_s2 * (size - linear_rad / 2.0))
-    return math.copysign(min(rate, limit_rad_per_s), error_rad)
+    return math.copysign(min(rate, config.steering_limit_rad_per_s), error_rad)
 
 
 def cruise_fraction(error_rad: float, stop_error_rad: float) -> float:
@@ -70,10 +68,5 @@ class HeadingFollower:
         fraction = cruise_fraction(error_rad, config.stop_heading_error_rad)
         return Twist2(
             linear_m_per_s=config.cruise_speed_m_per_s * fraction if self._aligned else 0.0,
-            steering_rad_per_s=steering_rate(
-                error_rad,
-                gain_per_s=config.heading_gain_per_s,
-                limit_rad_per_s=config.steering_limit_rad_per_s,
-                braking_rad_per_s2=config.steering_braking_rad_per_s2,
-            ),
+            steering_rad_per_s=steering_rate(error_rad, config),
         )

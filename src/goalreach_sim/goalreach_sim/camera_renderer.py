@@ -1,8 +1,7 @@
 """Rendering of camera images: LED spots and AprilTags on a dark, noisy background."""
 
 from collections.abc import Sequence
-import dataclasses
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 import math
 
 import cv2
@@ -228,8 +227,7 @@ class CameraRenderer:
         """Return the pixels of each point during the exposure, about one pixel apart."""
         rate = math.hypot(pose.azimuth_rad_per_s, pose.tilt_rad_per_s)
         streak_px = self.camera.fx_px * rate * self.noise.exposure_s
-        if (count := min(1 + round(streak_px), _MOST_IN_STREAK)) == 1:
-            return [(pixel,) for pixel in view.pixels(pose)]
+        count = min(1 + round(streak_px), _MOST_IN_STREAK)
         times_s = [self.noise.exposure_s * ((k + 0.5) / count - 0.5) for k in range(count)]
         return list(zip(*(view.pixels(pose, time_s) for time_s in times_s), strict=True))
 
@@ -261,9 +259,7 @@ class CameraRenderer:
         windows = [window for window in windows if window[0].start < window[0].stop]
         if not windows:
             return
-        rows, columns = windows[0]
-        if len(windows) > 1:
-            rows, columns = map(_union, zip(*windows, strict=True))
+        rows, columns = map(_union, zip(*windows, strict=True))
         spots_dn = []
         for u_px, v_px in centres_px:
             across = pixel_shares(u_px, sigma_px, columns.start, columns.stop)
@@ -289,6 +285,6 @@ class CameraRenderer:
 
 def true_lens(calibrated: PinholeCamera, focal_scale: float) -> PinholeCamera:
     """Return the true lens, whose focal length is the calibrated one times a factor."""
-    return dataclasses.replace(
+    return replace(
         calibrated, fx_px=calibrated.fx_px * focal_scale, fy_px=calibrated.fy_px * focal_scale
     )

@@ -136,8 +136,6 @@ def _monotonic_radius(camera: PinholeCamera) -> float:
 
     Beyond it a polynomial turns back and would map points out of view into it.
     """
-    if not camera.is_distorted:
-        return _WIDEST
     radii = np.linspace(0.0, _WIDEST, 1000).astype(np.float64)
     turning = np.flatnonzero(np.diff(camera.distort(radii, np.zeros_like(radii))[0]) <= 0.0)
     return float(radii[turning[0]]) if len(turning) else _WIDEST

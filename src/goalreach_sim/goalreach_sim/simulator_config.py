@@ -1,7 +1,6 @@
 """Parameters of the simulated robot: arena, camera, motors, clock and faults."""
 
-import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 
 from goalreach_msgs_py.angles import deg, inches
@@ -188,9 +187,7 @@ class SimulatorConfig(ArenaConfig):
             height_px=self.image_height_px,
             horizontal_fov_rad=self.horizontal_fov_rad,
         )
-        return dataclasses.replace(
-            ideal, distortion=self.distortion, distortion_model=self.distortion_model
-        )
+        return replace(ideal, distortion=self.distortion, distortion_model=self.distortion_model)
 
 
 @dataclass(frozen=True, kw_only=True)

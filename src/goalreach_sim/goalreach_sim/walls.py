@@ -41,9 +41,8 @@ class Walls:
     obstacles: Sequence[Obstacle] = ()
 
     def __post_init__(self) -> None:
-        self.low_x_m = self.low_y_m = self.body_radius_m
-        self.high_x_m = self.width_m - self.body_radius_m
-        self.high_y_m = self.length_m - self.body_radius_m
+        self._high_x_m = self.width_m - self.body_radius_m
+        self._high_y_m = self.length_m - self.body_radius_m
         self._tracks = tuple(self.obstacles)
         self.restart()
 
@@ -59,9 +58,9 @@ class Walls:
 
     def gaps_m(self, x_m: float, y_m: float) -> tuple[float, ...]:
         """Return the gap to each wall: small x, large x, small y, large y; then each obstacle."""
-        low_y_m, high_y_m = y_m - self.low_y_m, self.high_y_m - y_m
-        gaps_m = (one.contact(x_m, y_m)[0] - self.body_radius_m for one in self.obstacles)
-        return x_m - self.low_x_m, self.high_x_m - x_m, low_y_m, high_y_m, *gaps_m
+        radius_m = self.body_radius_m
+        gaps_m = (one.contact(x_m, y_m)[0] - radius_m for one in self.obstacles)
+        return x_m - radius_m, self._high_x_m - x_m, y_m - radius_m, self._high_y_m - y_m, *gaps_m
 
     def passed(self, x_m: float, y_m: float) -> tuple[int, ...]:
         """Return the indices (see `gaps_m`) of walls and obstacles that the body overlaps.
@@ -70,25 +69,18 @@ class Walls:
         """
         return tuple(i for i, gap_m in enumerate(self.gaps_m(x_m, y_m)) if gap_m < -TOUCH_M)
 
-    def _touched_rad(self, x_m: float, y_m: float) -> list[float]:
-        """Return the azimuths of the touched obstacles."""
-        contacts = (one.contact(x_m, y_m) for one in self.obstacles)
-        return [azimuth for gap_m, azimuth in contacts if gap_m - self.body_radius_m <= TOUCH_M]
-
     def blocks(self, x_m: float, y_m: float, direction_x: float, direction_y: float) -> bool:
         """Return whether a touched wall or obstacle stops motion along a unit vector."""
-        approaches = (-direction_x, direction_x, -direction_y, direction_y)
-        pairs = zip(approaches, self.gaps_m(x_m, y_m), strict=False)
-        return any(approach > _GRAZE and gap_m <= TOUCH_M for approach, gap_m in pairs) or any(
+        return any(
             direction_x * math.cos(azimuth) + direction_y * math.sin(azimuth) > _GRAZE
-            for azimuth in self._touched_rad(x_m, y_m)
+            for azimuth in self.touch_directions_rad(x_m, y_m)
         )
 
     def touch_directions_rad(self, x_m: float, y_m: float) -> tuple[float, ...]:
         """Return the azimuths in `map` in which the body touches walls and obstacles."""
-        pairs = zip(_DIRECTIONS_RAD, self.gaps_m(x_m, y_m), strict=False)
-        walls = (direction_rad for direction_rad, gap_m in pairs if gap_m <= TOUCH_M)
-        return (*walls, *self._touched_rad(x_m, y_m))
+        obstacles = (one.contact(x_m, y_m)[1] for one in self.obstacles)
+        pairs = zip((*_DIRECTIONS_RAD, *obstacles), self.gaps_m(x_m, y_m), strict=True)
+        return tuple(azimuth for azimuth, gap_m in pairs if gap_m <= TOUCH_M)
 
     def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
         """Return a point of the free floor nearby; without obstacles the nearest."""
@@ -103,8 +95,8 @@ class Walls:
         return x_m, y_m
 
     def _between_walls(self, x_m: float, y_m: float) -> tuple[float, float]:
-        y_m = min(max(y_m, self.low_y_m), self.high_y_m)
-        return min(max(x_m, self.low_x_m), self.high_x_m), y_m
+        y_m = min(max(y_m, self.body_radius_m), self._high_y_m)
+        return min(max(x_m, self.body_radius_m), self._high_x_m), y_m
 
     def monotonic_s(
         self, at: Callable[[float], tuple[float, float]], motion: Motion, limit_s: float

@@ -36,14 +36,13 @@ class PaperLearner:
 
     def choose(self, situation: Situation) -> int:
         """Return the action to try, by equation (2)."""
-        temperature = self.config.temperature(situation.trial)
-        return self.select(situation.region, temperature, self._rng.random())
-
-    def select(self, region: Region, temperature: float, uniform: float) -> int:
-        """Return the action to try in a region, by `select_action`."""
-        i, j = region
-        values, visited = self.q[i][j], any(self.visits[i][j])
-        return select_action(values, visited=visited, temperature=temperature, uniform=uniform)
+        i, j = situation.region
+        return select_action(
+            self.q[i][j],
+            visited=any(self.visits[i][j]),
+            temperature=self.config.temperature(situation.trial),
+            uniform=self._rng.random(),
+        )
 
     def update(self, experience: Experience) -> None:
         """Update the table with a finished action."""
