@@ -8,12 +8,10 @@ import time
 from typing import Any, Final
 
 from rcl_interfaces.srv import GetParameters
-import rclpy
 from rclpy.client import Client
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
 
 from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_dashboard.ros.listener import GraphListener
@@ -22,7 +20,6 @@ from goalreach_dashboard.views.page import View, page_view
 from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.ros.node import NO_LOG_FILE
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT, STATE
 
 _LINGER_S: Final = 5.0
@@ -101,9 +98,6 @@ class GraphClient:
     """
 
     def __init__(self, arena: Arena, robot: str = '') -> None:
-        self._is_first = not rclpy.ok()
-        if self._is_first:
-            rclpy.init(args=list(NO_LOG_FILE), signal_handler_options=SignalHandlerOptions.NO)
         self._robot = robot
         self._robots_due_s = 0.0
         self.robots = [robot]
@@ -155,12 +149,10 @@ class GraphClient:
         return self._view
 
     def close(self) -> None:
-        """Leave the graph; the first client, which has initialised rclpy, must leave last."""
+        """Leave the graph."""
         self._executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
-        if self._is_first:
-            rclpy.try_shutdown()
 
 
 def _robots(node: Node) -> list[str]:
