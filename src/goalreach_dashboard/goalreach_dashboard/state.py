@@ -12,7 +12,7 @@ from goalreach_dashboard.health import GraphHealth
 from goalreach_dashboard.pose_history import PoseHistory
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py import topics
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import PAPER_STARTS, Arena
 from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import (
@@ -28,8 +28,6 @@ from goalreach_msgs_py.values import (
 )
 from goalreach_perception.state_estimator import StateEstimatorConfig
 
-WINDOW: Final = 22
-"""Paths over which success is averaged: those of a trial, section "The Simulation Phase"."""
 _MAX_CURVE_POINTS: Final = 600
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
 _PAUSE_TOLERANCE_NS: Final = 1_000_000_000
@@ -50,7 +48,7 @@ Landmarks = tuple[LandmarkObservation | None, ...]
 
 
 class PathStatistics:
-    """Counts finished paths and the share of goals among the last 22 of them.
+    """Counts finished paths and the share of goals among the last 22, as many as a trial has.
 
     Attributes:
         outcomes: Finished paths by outcome since the page started: those declared at the goal
@@ -65,7 +63,7 @@ class PathStatistics:
         self.outcomes: Counter[str] = Counter()
         self.last: Transition | None = None
         self.curve: list[tuple[int, float]] = []
-        self._recent: deque[bool] = deque(maxlen=WINDOW)
+        self._recent: deque[bool] = deque(maxlen=PAPER_STARTS)
 
     def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
         """Add a finished action; return the outcome of the path that it ends.
@@ -226,5 +224,4 @@ class PageState:
         self.arena = arena
         self.poses = PoseHistory(arena.length_m)
         if self._q is not None:
-            q, self._q = self._q, None
-            self.set_q_table(q)
+            self.policy = Policy.of_table(self._q, arena.regions)

@@ -1,6 +1,5 @@
 """Connects the live page to a graph: what it publishes, its parameters, commands to it."""
 
-from collections.abc import Mapping
 import contextlib
 from dataclasses import fields
 from functools import partial
@@ -52,7 +51,6 @@ class ParameterPoller:
         }
         self._called_s: dict[str, float] = {}
         self._pending: dict[str, Any] = {}
-        self._robot_parameters: Mapping[str, Any] = {}
 
     def poll(self, now_s: float) -> None:
         """Call the nodes that are due; drop calls that have timed out."""
@@ -77,9 +75,8 @@ class ParameterPoller:
         values = [parameter_value_to_python(value) for value in future.result().values]
         parameters = dict(zip(names, values, strict=False))
         self._state.health.record_response(node, time.monotonic())
-        self._state.parameters[node] = parameters
-        if node == ROBOT and parameters != self._robot_parameters:
-            self._robot_parameters = parameters
+        before, self._state.parameters[node] = self._state.parameters[node], parameters
+        if node == ROBOT and parameters != before:
             with contextlib.suppress(ConfigurationError):  # another project's robot
                 self._state.set_arena(Arena.from_parameters(parameters))
 
