@@ -55,8 +55,8 @@ class PoseHistory:
     Attributes:
         truths: The last 256 true poses by their stamps.
         compared: True pose of the estimate's stamp, or None where it was not received.
-        error_m: Distance of the estimate from the truth of the same stamp, or None.
-        error_rad: Difference of their headings.
+        error: Distance of the estimate from the truth of the same stamp, m, and difference of
+            their headings, rad; or None.
         trail: True path since the robot was placed.
         estimate_trail: Estimated path since then.
         last_trail: Text of the true path before that, empty where there was none.
@@ -68,8 +68,7 @@ class PoseHistory:
         self.estimate: PoseEstimate | None = None
         self.estimate_ns = 0
         self.compared: Pose2 | None = None
-        self.error_m: float | None = None
-        self.error_rad: float | None = None
+        self.error: tuple[float, float] | None = None
         self.odometry: Pose2 | None = None
         self.trail = Trail(length_m)
         self.estimate_trail = Trail(length_m)
@@ -102,10 +101,10 @@ class PoseHistory:
         """Add the estimate of a stamp; one that is trusted belongs on the trail."""
         self.estimate, self.estimate_ns = estimate, stamp_ns
         pose, truth = estimate.pose, self.truths.get(stamp_ns)
-        self.compared, self.error_m, self.error_rad = truth, None, None
+        self.compared, self.error = truth, None
         if truth is not None:
-            self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
-            self.error_rad = angle_difference(pose.heading_rad, truth.heading_rad)
+            error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
+            self.error = error_m, angle_difference(pose.heading_rad, truth.heading_rad)
         if trusted and (truth is not None or self.truth is None):  # not of the previous path
             self.estimate_trail.add(pose.x_m, pose.y_m)
 

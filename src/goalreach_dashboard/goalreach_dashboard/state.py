@@ -98,7 +98,6 @@ class CameraPicture:
     width_px: int
     height_px: int
     landmarks: Landmarks
-    stamp_ns: int
 
 
 @dataclass(kw_only=True)

@@ -6,7 +6,7 @@ computed from the publishers' sequence numbers.
 """
 
 import base64
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable
 import math
 import time
@@ -92,7 +92,7 @@ _LANDMARK_TIMEOUT_S: Final = 0.5
 _PNG_SIGNATURE: Final = b'\x89PNG'
 
 
-def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> CameraPicture:
+def camera_picture(encoded: bytes, landmarks: Landmarks) -> CameraPicture:
     """Return an encoded image, JPEG or PNG, as the page shows it, with the LEDs detected in it.
 
     Raises:
@@ -108,7 +108,6 @@ def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> Camer
         width_px=width_px,
         height_px=height_px,
         landmarks=landmarks,
-        stamp_ns=stamp_ns,
     )
 
 
@@ -121,7 +120,7 @@ class CameraReader:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._landmarks: OrderedDict[int, bytes] = OrderedDict()
+        self._landmarks: deque[tuple[int, bytes]] = deque(maxlen=_LANDMARK_STAMPS)
         self._image: bytes | None = None
         self._image_s = -math.inf
         self.subscription = self._subscribe(topics.COMPRESSED_IMAGE)
@@ -132,9 +131,7 @@ class CameraReader:
 
     def add_landmarks(self, raw: bytes) -> None:
         """Keep detections until the image of their stamp arrives."""
-        self._landmarks[stamp_of(raw)] = raw
-        while len(self._landmarks) > _LANDMARK_STAMPS:
-            self._landmarks.popitem(last=False)
+        self._landmarks.append((stamp_of(raw), raw))
 
     def read(self) -> CameraPicture | None:
         """Return a new picture once its landmarks are known, or have not come in time.
@@ -152,12 +149,12 @@ class CameraReader:
         if raw is None:
             return None
         stamp_ns = stamp_of(raw)
-        landmarks = self._landmarks.get(stamp_ns)
+        landmarks = dict(self._landmarks).get(stamp_ns)
         if landmarks is None and now_s - self._image_s < _LANDMARK_TIMEOUT_S:
             return None
         self._image = None
         detected = () if landmarks is None else landmarks_from_raw(landmarks)
-        return camera_picture(self._encoded(raw), detected, stamp_ns)
+        return camera_picture(self._encoded(raw), detected)
 
     def _select_topic(self) -> None:
         count = self._node.count_publishers

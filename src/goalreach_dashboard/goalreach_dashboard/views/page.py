@@ -194,9 +194,7 @@ def _poses(state: PageState) -> dict[str, Any]:
     poses, azimuth = state.poses, None
     if poses.truth is not None and state.head is not None:
         azimuth = degrees(camera_azimuth(poses.truth.heading_rad, state.head))
-    error = None
-    if poses.error_m is not None and poses.error_rad is not None:
-        error = round(poses.error_m, 4), degrees(poses.error_rad)
+    error = poses.error and (round(poses.error[0], 4), degrees(poses.error[1]))
     return {
         'truth': _pose(poses.truth),
         'compared': _pose(poses.compared or poses.truth),
