@@ -28,8 +28,12 @@ from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
 View = Mapping[str, Any]
 """Values by name."""
 
-SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Speeds that the page offers, simulated seconds per second."""
+CHOICES: Final = {
+    'mode': MODES,
+    'speed': (0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+    'noise': NOISE_PRESETS,
+}
+"""What the page offers; speeds are simulated seconds per second."""
 _RECENT_S: Final = 0.5
 _MIN_LENGTH_TO_APPEND: Final = 32
 _CHI_95: Final = 2.4477
@@ -45,11 +49,6 @@ _NOTES: Final = {
     'fuzzy-eq3': 'equation (3), unit vectors',
     'fuzzy-as-printed': 'equation (3) as printed',
 }
-
-
-def choices(*, launched: bool) -> dict[str, Any]:
-    """Return what the page offers; one launched by a run can record, stop it and start another."""
-    return {'launched': launched, 'mode': MODES, 'speed': SPEEDS, 'noise': NOISE_PRESETS}
 
 
 def page_view(state: PageState, now_s: float) -> View:

@@ -30,7 +30,7 @@ import uvicorn
 
 from goalreach_dashboard.address import REQUEST
 from goalreach_dashboard.ros.graph import GraphClient
-from goalreach_dashboard.views.page import View, choices, difference, replay
+from goalreach_dashboard.views.page import CHOICES, View, difference, replay
 from goalreach_dashboard.web.access import AccessMiddleware, AccessPolicy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import CommandError, GoalreachError
@@ -254,7 +254,7 @@ class PageServer:
             token = _message(await websocket.receive_text()).get('token')
             if self._policy.may_view(token):
                 viewer = _Viewer(websocket, self._graph, steers=self._policy.may_steer(token))
-                offered = choices(launched=self._run is not None)
+                offered = {'launched': self._run is not None, **CHOICES}
                 await viewer.send({'hello': {'steers': viewer.steers, **offered}})
                 self._viewers.add(viewer)
                 self._count_viewers()
