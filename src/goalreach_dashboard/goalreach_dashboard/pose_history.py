@@ -13,7 +13,6 @@ _MAX_TRAIL_POINTS: Final = 3000
 _MAX_STAMPS: Final = 256
 _MAX_SPEED_M_PER_S: Final = 2.0
 _TOLERANCE_M: Final = 0.1
-_S_PER_NS: Final = 1e-9
 
 
 class Trail:
@@ -94,7 +93,7 @@ class PoseHistory:
         if stamp_ns < self.truth_ns:
             return True
         distance_m = math.dist((last.x_m, last.y_m), (pose.x_m, pose.y_m))
-        elapsed_s = (stamp_ns - self.truth_ns) * _S_PER_NS
+        elapsed_s = (stamp_ns - self.truth_ns) * 1e-9
         return distance_m > _TOLERANCE_M + _MAX_SPEED_M_PER_S * elapsed_s
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, trusted: bool) -> None:

@@ -142,7 +142,6 @@ class PageState:
     external: tuple[str, ...] = ()
     events: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     _q: FloatArray | None = None
-    _event_number: int = 0
     _is_reported: bool = False
 
     def __post_init__(self) -> None:
@@ -150,15 +149,14 @@ class PageState:
 
     def add_event(self, event: Mapping[str, Any]) -> None:
         """Add what the launcher reports; the beginning of a run discards the one before."""
+        number = max(self.events, default=0) + 1
         if event['event'] == 'begin':
-            number = self._event_number
             vars(self).update(vars(PageState(arena=self.arena)))
-            self._event_number, self._is_reported = number, True
+            self._is_reported = True
         self.ended = self.ended or event['event'] == 'end'
         self.bag = event.get('bag', self.bag)
         self.external = tuple(event.get('external', self.external))
-        self._event_number += 1
-        self.events[self._event_number] = event
+        self.events[number] = event
         if len(self.events) > _MAX_EVENTS:
             del self.events[next(n for n, e in self.events.items() if e['event'] == 'path')]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from dataclasses import asdict
 import math
 import time
 from typing import Any, Final
@@ -21,7 +20,7 @@ from goalreach_msgs_py import topics
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import CommandError, ConfigurationError
-from goalreach_msgs_py.noise import noise_preset
+from goalreach_msgs_py.noise import noise_parameters
 from goalreach_msgs_py.parameters import build_config, numbers_of
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
@@ -121,8 +120,7 @@ class GraphCommands:
 
     async def set_noise(self, preset: object) -> str:
         """Set the noise of the robot's sensors to a preset, and make the localizer expect it."""
-        model = asdict(noise_preset(str(preset)))
-        values = {f'noise.{name}': value for name, value in model.items()}
+        values = noise_parameters(str(preset))
         await self._set(ROBOT, values)
         await self._set(LOCALIZER, values)
         return f'noise: {preset}'
@@ -132,10 +130,8 @@ class GraphCommands:
         if self._state.learning:
             raise CommandError('a learning robot keeps its goal')
         x_m, y_m = numbers_of(value, (2,), 'goal')
-        regions = self._state.arena.regions
-        if not (
-            x_m <= regions.x_knots_m[-1] and y_m <= regions.y_knots_m[-1] and min(x_m, y_m) >= 0
-        ):
+        arena, regions = self._state.arena, self._state.arena.regions
+        if not (0.0 <= x_m <= arena.width_m and 0.0 <= y_m <= arena.length_m):
             raise ConfigurationError('goal', (x_m, y_m), 'on the floor')
         name = region_name(regions.region_at(x_m, y_m), regions.shape)
         await self._set(CONTROLLER, {'goal': name})

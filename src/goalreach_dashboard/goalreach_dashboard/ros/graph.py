@@ -1,7 +1,6 @@
 """Connects the live page to a graph: what it publishes, its parameters, commands to it."""
 
 import contextlib
-from dataclasses import fields
 from functools import partial
 import time
 from typing import Any, Final
@@ -19,6 +18,7 @@ from goalreach_dashboard.views.page import View, page_view
 from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import parameter_infos
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT, STATE
 
 _LINGER_S: Final = 5.0
@@ -30,9 +30,8 @@ _PERIOD_S: Final = 0.25
 """A node that does not publish counts as down when it has not responded for 0.8 s; a response
 costs it half a millisecond."""
 _TIMEOUT_S: Final = 0.75
-_NOISE: Final = tuple(f'noise.{field.name}' for field in fields(NoiseModel))
 _POLLED: Final = {
-    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *_NOISE),
+    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *parameter_infos(NoiseModel, 'noise.')),
     CONTROLLER: ('mode', 'learn'),
 }
 _ANY_PARAMETER: Final = ('use_sim_time',)

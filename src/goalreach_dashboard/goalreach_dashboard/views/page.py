@@ -4,7 +4,6 @@ Lengths are metres, angles degrees in (-180, 180], counter-clockwise.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import lru_cache
 from html import escape
 import math
@@ -20,7 +19,7 @@ from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.errors import CommandError
-from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
+from goalreach_msgs_py.noise import NOISE_PRESETS, noise_parameters
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, ROBOT
 from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
@@ -142,11 +141,7 @@ def run_status(state: PageState, now_s: float) -> str:
 def _summary(state: PageState, now_s: float) -> dict[str, Any]:
     robot, last = state.parameters[ROBOT], state.paths.last
     path = None if last is None else last.path + (1 if last.outcome is None else 2)
-
-    def matches(preset: str) -> bool:
-        model = asdict(noise_preset(preset))
-        return all(robot.get(f'noise.{name}') == value for name, value in model.items())
-
+    matching = (p for p in NOISE_PRESETS if noise_parameters(p).items() <= robot.items())
     return {
         'status': run_status(state, now_s),
         'mode': state.parameters[CONTROLLER].get('mode'),
@@ -155,7 +150,7 @@ def _summary(state: PageState, now_s: float) -> dict[str, Any]:
         'time_s': round(state.clock_ns * 1e-9, 1),
         'clock': robot.get('clock'),
         'speed': robot.get('speed'),
-        'noise': next(filter(matches, NOISE_PRESETS), None),
+        'noise': next(matching, None),
     }
 
 
