@@ -63,9 +63,7 @@ class PathResult:
 
 def error_statistics(errors: Sequence[float]) -> dict[str, float]:
     """Return rms, p95 and max of absolute errors; zeros if there are no errors."""
-    if not errors:
-        return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
-    values = np.abs(np.asarray(errors))
+    values = np.abs(np.asarray(errors or [0.0]))
     return {
         'rms': float(np.sqrt(np.mean(values**2))),
         'p95': float(np.percentile(values, 95)),
