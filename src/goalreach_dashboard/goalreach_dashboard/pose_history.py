@@ -19,15 +19,11 @@ class Trail:
     """A path as the text of an SVG polyline, in centimetres, y downward from the arena's far wall.
 
     Attributes:
-        text: The `points` attribute; it only grows, until the trail is cleared or too long.
+        text: The `points` attribute; it only grows, until the trail is too long.
     """
 
     def __init__(self, length_m: float) -> None:
         self._length_m = length_m
-        self.clear()
-
-    def clear(self) -> None:
-        """Remove all points."""
         self.text = ''
         self._count = 0
         self._last: tuple[float, float] | None = None
@@ -62,6 +58,7 @@ class PoseHistory:
     """
 
     def __init__(self, length_m: float) -> None:
+        self._length_m = length_m
         self.truth: Pose2 | None = None
         self.truth_ns = 0
         self.estimate: PoseEstimate | None = None
@@ -79,8 +76,7 @@ class PoseHistory:
         """Add the true pose of a stamp; a jump starts new trails."""
         if self.truth is not None and self._has_jumped(self.truth, stamp_ns, pose):
             self.last_trail = self.trail.text
-            self.trail.clear()
-            self.estimate_trail.clear()
+            self.trail, self.estimate_trail = Trail(self._length_m), Trail(self._length_m)
             self.truths.clear()
             self._anchor = None
         self.truth, self.truth_ns = pose, stamp_ns

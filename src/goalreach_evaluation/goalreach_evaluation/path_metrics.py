@@ -121,18 +121,16 @@ def measure_path(
 
 
 def _largest_step_rad(start: Pose2, ticks: Sequence[Tick]) -> float:
-    left = itertools.accumulate((_distance_m(start, t.truth) > _STANDING_M for t in ticks), max)
-    headings = [
-        (tick.commanded_heading_rad, under_way)
-        for tick, under_way in zip(ticks, left, strict=True)
-        if tick.commanded_heading_rad is not None
-    ]
-    steps_rad = (
-        abs(angle_difference(later, earlier))
-        for (earlier, _), (later, under_way) in itertools.pairwise(headings)
-        if under_way
-    )
-    return max(steps_rad, default=0.0)
+    largest_rad, before_rad, under_way = 0.0, None, False
+    for tick in ticks:
+        under_way = under_way or _distance_m(start, tick.truth) > _STANDING_M
+        heading_rad = tick.commanded_heading_rad
+        if heading_rad is None:
+            continue
+        if under_way and before_rad is not None:
+            largest_rad = max(largest_rad, abs(angle_difference(heading_rad, before_rad)))
+        before_rad = heading_rad
+    return largest_rad
 
 
 def _distance_m(one: Pose2, other: Pose2) -> float:
