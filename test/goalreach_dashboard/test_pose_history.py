@@ -35,8 +35,7 @@ def test_errors_compare_one_stamp() -> None:
     poses.add_truth(2 * TICK_NS, pose(1.02, 1.0))
     estimate = PoseEstimate(pose=pose(1.003, 1.004, 0.1), covariance=np.eye(3))
     poses.add_estimate(TICK_NS, estimate, trusted=True)
-    assert poses.error_m == pytest.approx(0.005)
-    assert poses.error_rad == pytest.approx(0.1)
+    assert poses.error == pytest.approx((0.005, 0.1))
     assert poses.compared == pose(1.0, 1.0)
 
 
@@ -97,4 +96,4 @@ def test_an_estimate_without_truth_has_no_error() -> None:
     for stamp_ns in (TICK_NS, 2 * TICK_NS):
         estimate = PoseEstimate(pose=pose(1.01, 1.0), covariance=np.eye(3))
         poses.add_estimate(stamp_ns, estimate, trusted=True)
-    assert (poses.compared, poses.error_m, poses.error_rad) == (None, None, None)
+    assert (poses.compared, poses.error) == (None, None)

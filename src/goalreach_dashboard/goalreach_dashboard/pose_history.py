@@ -13,22 +13,17 @@ _MAX_TRAIL_POINTS: Final = 3000
 _MAX_STAMPS: Final = 256
 _MAX_SPEED_M_PER_S: Final = 2.0
 _TOLERANCE_M: Final = 0.1
-_S_PER_NS: Final = 1e-9
 
 
 class Trail:
     """A path as the text of an SVG polyline, in centimetres, y downward from the arena's far wall.
 
     Attributes:
-        text: The `points` attribute; it only grows, until the trail is cleared or too long.
+        text: The `points` attribute; it only grows, until the trail is too long.
     """
 
     def __init__(self, length_m: float) -> None:
         self._length_m = length_m
-        self.clear()
-
-    def clear(self) -> None:
-        """Remove all points."""
         self.text = ''
         self._count = 0
         self._last: tuple[float, float] | None = None
@@ -55,21 +50,21 @@ class PoseHistory:
     Attributes:
         truths: The last 256 true poses by their stamps.
         compared: True pose of the estimate's stamp, or None where it was not received.
-        error_m: Distance of the estimate from the truth of the same stamp, or None.
-        error_rad: Difference of their headings.
+        error: Distance of the estimate from the truth of the same stamp, m, and difference of
+            their headings, rad; or None.
         trail: True path since the robot was placed.
         estimate_trail: Estimated path since then.
         last_trail: Text of the true path before that, empty where there was none.
     """
 
     def __init__(self, length_m: float) -> None:
+        self._length_m = length_m
         self.truth: Pose2 | None = None
         self.truth_ns = 0
         self.estimate: PoseEstimate | None = None
         self.estimate_ns = 0
         self.compared: Pose2 | None = None
-        self.error_m: float | None = None
-        self.error_rad: float | None = None
+        self.error: tuple[float, float] | None = None
         self.odometry: Pose2 | None = None
         self.trail = Trail(length_m)
         self.estimate_trail = Trail(length_m)
@@ -81,8 +76,7 @@ class PoseHistory:
         """Add the true pose of a stamp; a jump starts new trails."""
         if self.truth is not None and self._has_jumped(self.truth, stamp_ns, pose):
             self.last_trail = self.trail.text
-            self.trail.clear()
-            self.estimate_trail.clear()
+            self.trail, self.estimate_trail = Trail(self._length_m), Trail(self._length_m)
             self.truths.clear()
             self._anchor = None
         self.truth, self.truth_ns = pose, stamp_ns
@@ -95,17 +89,17 @@ class PoseHistory:
         if stamp_ns < self.truth_ns:
             return True
         distance_m = math.dist((last.x_m, last.y_m), (pose.x_m, pose.y_m))
-        elapsed_s = (stamp_ns - self.truth_ns) * _S_PER_NS
+        elapsed_s = (stamp_ns - self.truth_ns) * 1e-9
         return distance_m > _TOLERANCE_M + _MAX_SPEED_M_PER_S * elapsed_s
 
     def add_estimate(self, stamp_ns: int, estimate: PoseEstimate, *, trusted: bool) -> None:
         """Add the estimate of a stamp; one that is trusted belongs on the trail."""
         self.estimate, self.estimate_ns = estimate, stamp_ns
         pose, truth = estimate.pose, self.truths.get(stamp_ns)
-        self.compared, self.error_m, self.error_rad = truth, None, None
+        self.compared, self.error = truth, None
         if truth is not None:
-            self.error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
-            self.error_rad = angle_difference(pose.heading_rad, truth.heading_rad)
+            error_m = math.dist((truth.x_m, truth.y_m), (pose.x_m, pose.y_m))
+            self.error = error_m, angle_difference(pose.heading_rad, truth.heading_rad)
         if trusted and (truth is not None or self.truth is None):  # not of the previous path
             self.estimate_trail.add(pose.x_m, pose.y_m)
 

@@ -12,7 +12,7 @@ from goalreach_dashboard.health import GraphHealth
 from goalreach_dashboard.pose_history import PoseHistory
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py import topics
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import PAPER_STARTS, Arena
 from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import (
@@ -28,8 +28,6 @@ from goalreach_msgs_py.values import (
 )
 from goalreach_perception.state_estimator import StateEstimatorConfig
 
-WINDOW: Final = 22
-"""Paths over which success is averaged: those of a trial, section "The Simulation Phase"."""
 _MAX_CURVE_POINTS: Final = 600
 _DEFAULT_FOV_RAD: Final = math.radians(60.0)
 _PAUSE_TOLERANCE_NS: Final = 1_000_000_000
@@ -50,7 +48,7 @@ Landmarks = tuple[LandmarkObservation | None, ...]
 
 
 class PathStatistics:
-    """Counts finished paths and the share of goals among the last 22 of them.
+    """Counts finished paths and the share of goals among the last 22, as many as a trial has.
 
     Attributes:
         outcomes: Finished paths by outcome since the page started: those declared at the goal
@@ -65,7 +63,7 @@ class PathStatistics:
         self.outcomes: Counter[str] = Counter()
         self.last: Transition | None = None
         self.curve: list[tuple[int, float]] = []
-        self._recent: deque[bool] = deque(maxlen=WINDOW)
+        self._recent: deque[bool] = deque(maxlen=PAPER_STARTS)
 
     def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
         """Add a finished action; return the outcome of the path that it ends.
@@ -100,7 +98,6 @@ class CameraPicture:
     width_px: int
     height_px: int
     landmarks: Landmarks
-    stamp_ns: int
 
 
 @dataclass(kw_only=True)
@@ -145,7 +142,6 @@ class PageState:
     external: tuple[str, ...] = ()
     events: dict[int, Mapping[str, Any]] = field(default_factory=dict)
     _q: FloatArray | None = None
-    _event_number: int = 0
     _is_reported: bool = False
 
     def __post_init__(self) -> None:
@@ -153,15 +149,14 @@ class PageState:
 
     def add_event(self, event: Mapping[str, Any]) -> None:
         """Add what the launcher reports; the beginning of a run discards the one before."""
+        number = max(self.events, default=0) + 1
         if event['event'] == 'begin':
-            number = self._event_number
             vars(self).update(vars(PageState(arena=self.arena)))
-            self._event_number, self._is_reported = number, True
+            self._is_reported = True
         self.ended = self.ended or event['event'] == 'end'
         self.bag = event.get('bag', self.bag)
         self.external = tuple(event.get('external', self.external))
-        self._event_number += 1
-        self.events[self._event_number] = event
+        self.events[number] = event
         if len(self.events) > _MAX_EVENTS:
             del self.events[next(n for n, e in self.events.items() if e['event'] == 'path')]
 
@@ -226,5 +221,4 @@ class PageState:
         self.arena = arena
         self.poses = PoseHistory(arena.length_m)
         if self._q is not None:
-            q, self._q = self._q, None
-            self.set_q_table(q)
+            self.policy = Policy.of_table(self._q, arena.regions)

@@ -141,21 +141,12 @@ class EvaluationRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """The driven paths of an evaluation by session, in order."""
+    """The driven paths of an evaluation in the order of their starts, and the camera frames."""
 
     request: EvaluationRequest
-    sessions: Sequence[SessionResult]
+    paths: Sequence[PathResult]
+    frames: int
     wall_time_s: float
-
-    @property
-    def paths(self) -> list[PathResult]:
-        """The paths in the order of their starts."""
-        return [path for session in self.sessions for path in session.paths]
-
-    @property
-    def frames(self) -> int:
-        """Number of camera frames."""
-        return sum(session.frames for session in self.sessions)
 
     @property
     def tally(self) -> PathTally:
@@ -218,5 +209,9 @@ def evaluate(
     plan = request.plan
     began_s = time.perf_counter()
     sessions = drive_sessions(plan, jobs=jobs, progress=progress)
-    wall_time_s = time.perf_counter() - began_s
-    return Evaluation(request=request, sessions=sessions, wall_time_s=wall_time_s)
+    return Evaluation(
+        request=request,
+        paths=[path for session in sessions for path in session.paths],
+        frames=sum(session.frames for session in sessions),
+        wall_time_s=time.perf_counter() - began_s,
+    )

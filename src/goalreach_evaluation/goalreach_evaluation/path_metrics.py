@@ -63,9 +63,7 @@ class PathResult:
 
 def error_statistics(errors: Sequence[float]) -> dict[str, float]:
     """Return rms, p95 and max of absolute errors; zeros if there are no errors."""
-    if not errors:
-        return {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
-    values = np.abs(np.asarray(errors))
+    values = np.abs(np.asarray(errors or [0.0]))
     return {
         'rms': float(np.sqrt(np.mean(values**2))),
         'p95': float(np.percentile(values, 95)),
@@ -123,18 +121,16 @@ def measure_path(
 
 
 def _largest_step_rad(start: Pose2, ticks: Sequence[Tick]) -> float:
-    left = itertools.accumulate((_distance_m(start, t.truth) > _STANDING_M for t in ticks), max)
-    headings = [
-        (tick.commanded_heading_rad, under_way)
-        for tick, under_way in zip(ticks, left, strict=True)
-        if tick.commanded_heading_rad is not None
-    ]
-    steps_rad = (
-        abs(angle_difference(later, earlier))
-        for (earlier, _), (later, under_way) in itertools.pairwise(headings)
-        if under_way
-    )
-    return max(steps_rad, default=0.0)
+    largest_rad, before_rad, under_way = 0.0, None, False
+    for tick in ticks:
+        under_way = under_way or _distance_m(start, tick.truth) > _STANDING_M
+        heading_rad = tick.commanded_heading_rad
+        if heading_rad is None:
+            continue
+        if under_way and before_rad is not None:
+            largest_rad = max(largest_rad, abs(angle_difference(heading_rad, before_rad)))
+        before_rad = heading_rad
+    return largest_rad
 
 
 def _distance_m(one: Pose2, other: Pose2) -> float:

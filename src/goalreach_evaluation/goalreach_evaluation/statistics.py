@@ -49,21 +49,18 @@ def bootstrap_interval(
     *groups: FloatArray,
     rng: np.random.Generator,
     resamples: int = 2000,
-    level: float = 0.95,
 ) -> tuple[Any, Any]:
-    """Return the percentile interval of a statistic; runs are drawn anew within every task.
+    """Return the 95 % percentile interval of a statistic; runs are drawn anew within every task.
 
     Args:
         statistic: Function of the groups.
         groups: Scores (runs, tasks) of each learner.
         rng: Source of the draws.
         resamples: Number of draws.
-        level: Probability that the interval covers.
     """
     drawn = [statistic(*(_resampled(group, rng) for group in groups)) for _ in range(resamples)]
     method: Any = 'linear' if np.isfinite(drawn).all() else 'nearest'  # between infinities is none
-    tails = [(1.0 - level) / 2.0, (1.0 + level) / 2.0]
-    low, high = np.quantile(drawn, tails, axis=0, method=method)
+    low, high = np.quantile(drawn, [0.025, 0.975], axis=0, method=method)
     return low, high
 
 

@@ -121,3 +121,8 @@ def noise_preset(name: str) -> NoiseModel:
     if name not in _PRESETS:
         raise ConfigurationError('noise', name, 'one of ' + ', '.join(NOISE_PRESETS))
     return _PRESETS[name]
+
+
+def noise_parameters(preset: str) -> dict[str, float]:
+    """Return the parameters of a node that expects or draws the noise of a preset."""
+    return {f'noise.{name}': value for name, value in vars(noise_preset(preset)).items()}

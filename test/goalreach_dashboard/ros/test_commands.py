@@ -1,18 +1,16 @@
+import asyncio
+from collections.abc import Mapping
 import math
+from unittest.mock import Mock
 
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from goalreach_dashboard.ros.commands import (
-    checked_choice,
-    checked_pose,
-    checked_speed,
-)
-from goalreach_learning.blending import MODES
+from goalreach_dashboard.ros.commands import GraphCommands, checked_pose
+from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.noise import NOISE_PRESETS
 
 ARENA = Arena()
 _anything = st.recursive(
@@ -41,23 +39,47 @@ def test_whatever_a_browser_sends_is_refused_or_a_pose_on_the_floor(sent: object
     assert ARENA.is_free(pose.x_m, pose.y_m)
 
 
-@pytest.mark.parametrize('speed', [None, '1', True, math.nan, math.inf, 0.0, 101.0, -1.0, [1.0]])
-def test_a_bad_speed_is_refused(speed: object) -> None:
-    with pytest.raises(ConfigurationError, match='speed'):
-        checked_speed(speed)
+class Commands(GraphCommands):
+    """Commands to nodes that accept every value.
+
+    Attributes:
+        sent: The parameters set, by name.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(Mock(), PageState(arena=ARENA))
+        self.sent: dict[str, object] = {}
+
+    async def _set(self, _node: str, values: Mapping[str, object]) -> None:
+        self.sent.update(values)
 
 
-def test_a_whole_speed_is_a_double() -> None:
+@pytest.mark.parametrize(
+    ('name', 'wrong'),
+    [
+        *(('speed', wrong) for wrong in (None, '1', True, math.nan, math.inf, [1.0])),
+        *(
+            (name, wrong)
+            for name in ('mode', 'noise')
+            for wrong in ('bold', '', None, 3, ['none'])
+        ),
+    ],
+)
+def test_a_bad_value_is_refused_and_nothing_sent(name: str, wrong: object) -> None:
+    commands = Commands()
+    with pytest.raises(ConfigurationError, match=f'^{name} = '):
+        asyncio.run(commands.execute(name, wrong))
+    assert not commands.sent
+
+
+def test_a_good_value_is_sent_a_speed_always_as_a_double() -> None:
     """A parameter of type double refuses an integer."""
-    assert type(checked_speed(2)) is float
-
-
-def test_names_must_be_known() -> None:
-    for name, choices in (('mode', MODES), ('noise', NOISE_PRESETS)):
-        assert checked_choice(name, choices[0], choices) == choices[0]
-        for wrong in ('bold', '', None, 3, ['crisp']):
-            with pytest.raises(ConfigurationError, match=name):
-                checked_choice(name, wrong, choices)
+    commands = Commands()
+    for name, value in (('speed', 2), ('mode', 'crisp'), ('noise', 'none')):
+        assert asyncio.run(commands.execute(name, value)).startswith(f'{name}: {value}')
+    assert type(commands.sent['speed']) is float
+    assert commands.sent['mode'] == 'crisp'
+    assert commands.sent['noise.read_noise_dn'] == 0.0
 
 
 def test_a_place_in_the_wall_is_refused() -> None:

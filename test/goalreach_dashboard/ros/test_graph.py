@@ -7,6 +7,7 @@ import threading
 import time
 
 import pytest
+import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -33,9 +34,11 @@ def graph(monkeypatch: pytest.MonkeyPatch) -> Iterator[GraphClient]:
         executor.add_node(node)
     thread = threading.Thread(target=executor.spin)
     thread.start()
+    rclpy.init(args=[])
     graph = GraphClient(Arena())
     yield graph
     graph.close()
+    rclpy.shutdown()
     executor.shutdown()
     thread.join()
     for node in nodes:

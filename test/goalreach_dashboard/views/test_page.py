@@ -80,7 +80,7 @@ def full_state(x_m: float = 1.778, y_m: float = 1.69, mode: str = 'fuzzy') -> Pa
     seen = LandmarkObservation(u_px=320.0, v_px=240.0, peak_dn=200.0)
     state.landmarks = (seen, None, seen)
     state.picture = CameraPicture(
-        url='data:,', width_px=640, height_px=480, landmarks=state.landmarks, stamp_ns=STAMP_NS
+        url='data:,', width_px=640, height_px=480, landmarks=state.landmarks
     )
     state.parameters[CONTROLLER] = {'mode': mode, 'learn': False}
     state.parameters[ROBOT] = {'clock': 'realtime', 'speed': 2.0}
@@ -212,14 +212,14 @@ def test_success_is_judged_by_the_truth_of_the_stamp(x_m: float, goals: int) -> 
 @pytest.mark.parametrize(('suffix', 'start'), [('.jpg', 'jpeg;base64,/9j/'), ('.png', 'png;')])
 def test_images_are_shown_as_they_were_compressed(suffix: str, start: str) -> None:
     encoded = cv2.imencode(suffix, np.zeros((48, 64), dtype=np.uint8))[1].tobytes()
-    picture = camera_picture(encoded, (), STAMP_NS)
+    picture = camera_picture(encoded, ())
     assert picture.url.startswith(f'data:image/{start}')
     assert (picture.width_px, picture.height_px) == (64, 48)
 
 
 def test_bytes_that_are_no_image_are_refused() -> None:
     with pytest.raises(MessageError, match='compressed image of 3 bytes'):
-        camera_picture(b'abc', (), STAMP_NS)
+        camera_picture(b'abc', ())
 
 
 def test_an_old_state_does_not_look_like_a_new_one() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from dataclasses import asdict
 import math
 import time
 from typing import Any, Final
@@ -16,21 +15,19 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from goalreach_dashboard.state import PageState
-from goalreach_learning.blending import MODES
+from goalreach_learning.controller_config import ControllerConfig
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import CommandError, ConfigurationError
-from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
-from goalreach_msgs_py.parameters import numbers_of
+from goalreach_msgs_py.noise import noise_parameters
+from goalreach_msgs_py.parameters import build_config, numbers_of
 from goalreach_msgs_py.regions import region_name
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, ROBOT
 from goalreach_msgs_py.values import Pose2
 
 _TIMEOUT_S: Final = 10.0
 _POLL_S: Final = 0.02
-_MIN_SPEED: Final = 0.01
-_MAX_SPEED: Final = 100.0
 
 
 def checked_pose(value: object, arena: Arena) -> Pose2:
@@ -43,29 +40,6 @@ def checked_pose(value: object, arena: Arena) -> Pose2:
     if not arena.is_free(x_m, y_m):
         raise ConfigurationError('place', (x_m, y_m), 'on the free floor')
     return Pose2(x_m=x_m, y_m=y_m, heading_rad=wrap_angle(math.radians(heading_deg)))
-
-
-def checked_speed(value: object) -> float:
-    """Return a speed, simulated seconds per second of the wall clock.
-
-    Raises:
-        ConfigurationError: It is not a number from 0.01 to 100.
-    """
-    (speed,) = numbers_of(value, (), 'speed')
-    if not _MIN_SPEED <= speed <= _MAX_SPEED:
-        raise ConfigurationError('speed', speed, 'from 0.01 to 100')
-    return speed
-
-
-def checked_choice(name: str, value: object, choices: tuple[str, ...]) -> str:
-    """Return one of the choices.
-
-    Raises:
-        ConfigurationError: It is not among them.
-    """
-    if not isinstance(value, str) or value not in choices:
-        raise ConfigurationError(name, value, 'one of ' + ', '.join(choices))
-    return value
 
 
 class GraphCommands:
@@ -132,13 +106,13 @@ class GraphCommands:
 
     async def set_speed(self, speed: object) -> str:
         """Set the simulated seconds per second of the wall clock."""
-        checked = checked_speed(speed)
+        (checked,) = numbers_of(speed, (), 'speed')  # the robot checks its range
         await self._set(ROBOT, {'speed': checked})
         return f'speed: {checked:g}×'
 
     async def set_mode(self, mode: object) -> str:
         """Set the mode of the controller."""
-        checked = checked_choice('mode', mode, MODES)
+        checked = build_config(ControllerConfig, {'mode': mode}).mode
         if self._state.learning:
             raise CommandError('a learning robot explores; it has no mode')
         await self._set(CONTROLLER, {'mode': checked})
@@ -146,8 +120,7 @@ class GraphCommands:
 
     async def set_noise(self, preset: object) -> str:
         """Set the noise of the robot's sensors to a preset, and make the localizer expect it."""
-        model = asdict(noise_preset(checked_choice('noise', preset, NOISE_PRESETS)))
-        values = {f'noise.{name}': value for name, value in model.items()}
+        values = noise_parameters(str(preset))
         await self._set(ROBOT, values)
         await self._set(LOCALIZER, values)
         return f'noise: {preset}'
@@ -157,10 +130,8 @@ class GraphCommands:
         if self._state.learning:
             raise CommandError('a learning robot keeps its goal')
         x_m, y_m = numbers_of(value, (2,), 'goal')
-        regions = self._state.arena.regions
-        if not (
-            x_m <= regions.x_knots_m[-1] and y_m <= regions.y_knots_m[-1] and min(x_m, y_m) >= 0
-        ):
+        arena, regions = self._state.arena, self._state.arena.regions
+        if not (0.0 <= x_m <= arena.width_m and 0.0 <= y_m <= arena.length_m):
             raise ConfigurationError('goal', (x_m, y_m), 'on the floor')
         name = region_name(regions.region_at(x_m, y_m), regions.shape)
         await self._set(CONTROLLER, {'goal': name})
@@ -177,11 +148,10 @@ class GraphCommands:
         if not response.result.successful:
             raise CommandError(response.result.reason)
 
-    async def _call(self, client: Client[Any, Any], request: object) -> Any:
+    async def _call(self, client: Client[Any, Any], request: object) -> None:
         response = await self._respond(client, request)
         if not response.success:
             raise CommandError(response.message)
-        return response
 
     async def _respond(self, client: Client[Any, Any], request: object) -> Any:
         if not client.service_is_ready():

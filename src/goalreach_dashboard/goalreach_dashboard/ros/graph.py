@@ -1,19 +1,15 @@
 """Connects the live page to a graph: what it publishes, its parameters, commands to it."""
 
-from collections.abc import Mapping
 import contextlib
-from dataclasses import fields
 from functools import partial
 import time
 from typing import Any, Final
 
 from rcl_interfaces.srv import GetParameters
-import rclpy
 from rclpy.client import Client
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
 
 from goalreach_dashboard.ros.commands import GraphCommands
 from goalreach_dashboard.ros.listener import GraphListener
@@ -22,7 +18,7 @@ from goalreach_dashboard.views.page import View, page_view
 from goalreach_msgs_py.arena import ARENA_PARAMETERS, Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NoiseModel
-from goalreach_msgs_py.ros.node import NO_LOG_FILE
+from goalreach_msgs_py.parameters import parameter_infos
 from goalreach_msgs_py.topics import CONTROLLER, NODES, ROBOT, STATE
 
 _LINGER_S: Final = 5.0
@@ -34,9 +30,8 @@ _PERIOD_S: Final = 0.25
 """A node that does not publish counts as down when it has not responded for 0.8 s; a response
 costs it half a millisecond."""
 _TIMEOUT_S: Final = 0.75
-_NOISE: Final = tuple(f'noise.{field.name}' for field in fields(NoiseModel))
 _POLLED: Final = {
-    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *_NOISE),
+    ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *parameter_infos(NoiseModel, 'noise.')),
     CONTROLLER: ('mode', 'learn'),
 }
 _ANY_PARAMETER: Final = ('use_sim_time',)
@@ -55,7 +50,6 @@ class ParameterPoller:
         }
         self._called_s: dict[str, float] = {}
         self._pending: dict[str, Any] = {}
-        self._robot_parameters: Mapping[str, Any] = {}
 
     def poll(self, now_s: float) -> None:
         """Call the nodes that are due; drop calls that have timed out."""
@@ -80,9 +74,8 @@ class ParameterPoller:
         values = [parameter_value_to_python(value) for value in future.result().values]
         parameters = dict(zip(names, values, strict=False))
         self._state.health.record_response(node, time.monotonic())
-        self._state.parameters[node] = parameters
-        if node == ROBOT and parameters != self._robot_parameters:
-            self._robot_parameters = parameters
+        before, self._state.parameters[node] = self._state.parameters[node], parameters
+        if node == ROBOT and parameters != before:
             with contextlib.suppress(ConfigurationError):  # another project's robot
                 self._state.set_arena(Arena.from_parameters(parameters))
 
@@ -101,9 +94,6 @@ class GraphClient:
     """
 
     def __init__(self, arena: Arena, robot: str = '') -> None:
-        self._is_first = not rclpy.ok()
-        if self._is_first:
-            rclpy.init(args=list(NO_LOG_FILE), signal_handler_options=SignalHandlerOptions.NO)
         self._robot = robot
         self._robots_due_s = 0.0
         self.robots = [robot]
@@ -155,12 +145,10 @@ class GraphClient:
         return self._view
 
     def close(self) -> None:
-        """Leave the graph; the first client, which has initialised rclpy, must leave last."""
+        """Leave the graph."""
         self._executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
-        if self._is_first:
-            rclpy.try_shutdown()
 
 
 def _robots(node: Node) -> list[str]:

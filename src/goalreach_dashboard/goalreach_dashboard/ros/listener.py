@@ -6,7 +6,7 @@ computed from the publishers' sequence numbers.
 """
 
 import base64
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Callable
 import math
 import time
@@ -92,7 +92,7 @@ _LANDMARK_TIMEOUT_S: Final = 0.5
 _PNG_SIGNATURE: Final = b'\x89PNG'
 
 
-def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> CameraPicture:
+def camera_picture(encoded: bytes, landmarks: Landmarks) -> CameraPicture:
     """Return an encoded image, JPEG or PNG, as the page shows it, with the LEDs detected in it.
 
     Raises:
@@ -108,7 +108,6 @@ def camera_picture(encoded: bytes, landmarks: Landmarks, stamp_ns: int) -> Camer
         width_px=width_px,
         height_px=height_px,
         landmarks=landmarks,
-        stamp_ns=stamp_ns,
     )
 
 
@@ -121,7 +120,7 @@ class CameraReader:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._landmarks: OrderedDict[int, bytes] = OrderedDict()
+        self._landmarks: deque[tuple[int, Landmarks]] = deque(maxlen=_LANDMARK_STAMPS)
         self._image: bytes | None = None
         self._image_s = -math.inf
         self.subscription = self._subscribe(topics.COMPRESSED_IMAGE)
@@ -130,17 +129,15 @@ class CameraReader:
         message_type = CompressedImage if topic == topics.COMPRESSED_IMAGE else Image
         return PolledSubscription(self._node, message_type, topic, best_effort(1))
 
-    def add_landmarks(self, raw: bytes) -> None:
+    def add_landmarks(self, stamp_ns: int, landmarks: Landmarks) -> None:
         """Keep detections until the image of their stamp arrives."""
-        self._landmarks[stamp_of(raw)] = raw
-        while len(self._landmarks) > _LANDMARK_STAMPS:
-            self._landmarks.popitem(last=False)
+        self._landmarks.append((stamp_ns, landmarks))
 
     def read(self) -> CameraPicture | None:
         """Return a new picture once its landmarks are known, or have not come in time.
 
         Raises:
-            MessageError: The image or its landmarks cannot be used.
+            MessageError: The image cannot be used.
         """
         self._select_topic()
         now_s = time.monotonic()
@@ -151,13 +148,11 @@ class CameraReader:
         raw = self._image
         if raw is None:
             return None
-        stamp_ns = stamp_of(raw)
-        landmarks = self._landmarks.get(stamp_ns)
+        landmarks = dict(self._landmarks).get(stamp_of(raw))
         if landmarks is None and now_s - self._image_s < _LANDMARK_TIMEOUT_S:
             return None
         self._image = None
-        detected = () if landmarks is None else landmarks_from_raw(landmarks)
-        return camera_picture(self._encoded(raw), detected, stamp_ns)
+        return camera_picture(self._encoded(raw), landmarks or ())
 
     def _select_topic(self) -> None:
         count = self._node.count_publishers
@@ -256,13 +251,11 @@ class GraphListener:
         for subscription, handler in self._always.items():
             for raw in self._take(subscription):
                 self._guard(handler, raw)
+        self._add_transitions()
         for _, topic, _, handler in self._inputs:
             for raw in received.get(topic, ()):
                 self._guard(handler, raw)
         self._guard(self._on_poses, received.get(topics.POSE, []))
-        for raw in received.get(topics.LANDMARKS, ())[-1:]:
-            self._guard(self._setter('landmarks', landmarks_from_raw), raw)
-        self._add_transitions(self._state.poses.truth_ns)
         if self._camera is not None:
             self._guard(self._read_image, self._camera)
 
@@ -294,14 +287,14 @@ class GraphListener:
     def _on_truth(self, raw: bytes) -> None:
         """Add a true pose, and at once the transitions of its stamp: the next may be elsewhere."""
         self._state.poses.add_truth(stamp_of(raw), odometry_from_raw(raw).pose)
-        self._add_transitions(stamp_of(raw))
+        self._add_transitions()
 
-    def _add_transitions(self, truth_ns: int) -> None:
+    def _add_transitions(self) -> None:
         """Add the transitions whose true pose has arrived, or has not come in time."""
         while self._pending:
             received_s, stamp_ns, transition = self._pending[0]
             timed_out = time.monotonic() - received_s >= _TRUTH_TIMEOUT_S
-            if stamp_ns > truth_ns and not timed_out:
+            if stamp_ns > self._state.poses.truth_ns and not timed_out:
                 return
             self._pending.popleft()
             self._state.add_transition(stamp_ns, transition)
@@ -335,8 +328,9 @@ class GraphListener:
         self._state.fov_rad = 2.0 * math.atan(camera.width_px / 2.0 / camera.fx_px)
 
     def _on_landmarks(self, raw: bytes) -> None:
+        self._state.landmarks = landmarks_from_raw(raw)
         if self._camera is not None:
-            self._camera.add_landmarks(raw)
+            self._camera.add_landmarks(stamp_of(raw), self._state.landmarks)
 
     def _on_poses(self, poses: list[bytes]) -> None:
         """Add the newest pose that can be compared with the truth, else the newest."""
@@ -347,7 +341,6 @@ class GraphListener:
 
     def _on_transition(self, raw: bytes) -> None:
         self._pending.append((time.monotonic(), stamp_of(raw), transition_from_raw(raw)))
-        self._add_transitions(self._state.poses.truth_ns)
 
     def _on_q_table(self, raw: bytes) -> None:
         self._state.set_q_table(q_table_from_raw(raw))

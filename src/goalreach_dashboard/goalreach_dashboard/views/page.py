@@ -4,7 +4,6 @@ Lengths are metres, angles degrees in (-180, 180], counter-clockwise.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from functools import lru_cache
 from html import escape
 import math
@@ -20,7 +19,7 @@ from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.camera import camera_azimuth
 from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.errors import CommandError
-from goalreach_msgs_py.noise import NOISE_PRESETS, noise_preset
+from goalreach_msgs_py.noise import NOISE_PRESETS, noise_parameters
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, ROBOT
 from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
@@ -28,8 +27,12 @@ from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
 View = Mapping[str, Any]
 """Values by name."""
 
-SPEEDS: Final = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Speeds that the page offers, simulated seconds per second."""
+CHOICES: Final = {
+    'mode': MODES,
+    'speed': (0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
+    'noise': NOISE_PRESETS,
+}
+"""What the page offers; speeds are simulated seconds per second."""
 _RECENT_S: Final = 0.5
 _MIN_LENGTH_TO_APPEND: Final = 32
 _CHI_95: Final = 2.4477
@@ -45,11 +48,6 @@ _NOTES: Final = {
     'fuzzy-eq3': 'equation (3), unit vectors',
     'fuzzy-as-printed': 'equation (3) as printed',
 }
-
-
-def choices(*, launched: bool) -> dict[str, Any]:
-    """Return what the page offers; one launched by a run can record, stop it and start another."""
-    return {'launched': launched, 'mode': MODES, 'speed': SPEEDS, 'noise': NOISE_PRESETS}
 
 
 def page_view(state: PageState, now_s: float) -> View:
@@ -143,11 +141,7 @@ def run_status(state: PageState, now_s: float) -> str:
 def _summary(state: PageState, now_s: float) -> dict[str, Any]:
     robot, last = state.parameters[ROBOT], state.paths.last
     path = None if last is None else last.path + (1 if last.outcome is None else 2)
-
-    def matches(preset: str) -> bool:
-        model = asdict(noise_preset(preset))
-        return all(robot.get(f'noise.{name}') == value for name, value in model.items())
-
+    matching = (p for p in NOISE_PRESETS if noise_parameters(p).items() <= robot.items())
     return {
         'status': run_status(state, now_s),
         'mode': state.parameters[CONTROLLER].get('mode'),
@@ -156,7 +150,7 @@ def _summary(state: PageState, now_s: float) -> dict[str, Any]:
         'time_s': round(state.clock_ns * 1e-9, 1),
         'clock': robot.get('clock'),
         'speed': robot.get('speed'),
-        'noise': next(filter(matches, NOISE_PRESETS), None),
+        'noise': next(matching, None),
     }
 
 
@@ -194,9 +188,7 @@ def _poses(state: PageState) -> dict[str, Any]:
     poses, azimuth = state.poses, None
     if poses.truth is not None and state.head is not None:
         azimuth = degrees(camera_azimuth(poses.truth.heading_rad, state.head))
-    error = None
-    if poses.error_m is not None and poses.error_rad is not None:
-        error = round(poses.error_m, 4), degrees(poses.error_rad)
+    error = poses.error and (round(poses.error[0], 4), degrees(poses.error[1]))
     return {
         'truth': _pose(poses.truth),
         'compared': _pose(poses.compared or poses.truth),

@@ -30,11 +30,11 @@ import uvicorn
 
 from goalreach_dashboard.address import REQUEST
 from goalreach_dashboard.ros.graph import GraphClient
-from goalreach_dashboard.views.page import View, choices, difference, replay
+from goalreach_dashboard.views.page import CHOICES, View, difference, replay
 from goalreach_dashboard.web.access import AccessMiddleware, AccessPolicy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import CommandError, GoalreachError
-from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
+from goalreach_msgs_py.ros.node import ros_session
 from goalreach_msgs_py.ros.process import StopRequest, terminate_with_launcher
 
 _LOG: Final = logging.getLogger(__name__)
@@ -211,8 +211,8 @@ class PageServer:
                 viewer.show(view, graph.state.events, last=last)
 
     def close(self) -> None:
-        """Leave the graphs, that of the first robot last."""
-        for graph in reversed(self._graphs.values()):
+        """Leave the graphs."""
+        for graph in self._graphs.values():
             graph.close()
 
     def _choose(self, viewer: _Viewer, robot: object) -> None:
@@ -254,7 +254,7 @@ class PageServer:
             token = _message(await websocket.receive_text()).get('token')
             if self._policy.may_view(token):
                 viewer = _Viewer(websocket, self._graph, steers=self._policy.may_steer(token))
-                offered = choices(launched=self._run is not None)
+                offered = {'launched': self._run is not None, **CHOICES}
                 await viewer.send({'hello': {'steers': viewer.steers, **offered}})
                 self._viewers.add(viewer)
                 self._count_viewers()
@@ -347,13 +347,11 @@ def serve(
     """
     terminate_with_launcher()
     os.nice(_NICENESS)
-    use_profile(fast_dds_profile())
     stop = StopRequest()
     port = int(listener.getsockname()[1])
     policy = AccessPolicy(port=port, token=token, local=local)
-    page = PageServer(arena, robot, policy, RunLink(events) if events else None)
-    try:
+    with ros_session() as stack:
+        page = PageServer(arena, robot, policy, RunLink(events) if events else None)
+        stack.callback(page.close)
         page.serve(listener)
-    finally:
-        page.close()
     return 0 if stop.requested else 1

@@ -154,10 +154,10 @@ def crisp_paths(arena: Arena, policy: Policy) -> Figure:
     return _kinematic_paths(arena, tracks, 'Paths of the optimal actions (crisp, kinematic)')
 
 
-def blended_paths(arena: Arena, policy: Policy, mode: str = 'fuzzy') -> Figure:
+def blended_paths(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 6, "Simulated paths with the fuzzy regions extension"."""
-    tracks = [blended_track(arena, policy, start, mode=mode) for start in arena.starts]
-    return _kinematic_paths(arena, tracks, f'Paths of the blended actions ({mode}, kinematic)')
+    tracks = [blended_track(arena, policy, start, mode='fuzzy') for start in arena.starts]
+    return _kinematic_paths(arena, tracks, 'Paths of the blended actions (fuzzy, kinematic)')
 
 
 def _kinematic_paths(arena: Arena, tracks: Sequence[Track], title: str) -> Figure:
