@@ -1,4 +1,5 @@
-from goalreach_dashboard.state import PathStatistics
+from goalreach_dashboard.state import PageState, PathStatistics
+from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.values import PathOutcome, Transition
 
 
@@ -51,3 +52,14 @@ def test_the_curve_is_bounded() -> None:
         paths.add(ended(PathOutcome.GOAL, path), in_goal=True)
     assert 250 <= len(paths.curve) <= 600
     assert paths.outcomes.total() == 20_000
+
+
+def test_the_first_event_and_the_last_are_kept() -> None:
+    page = PageState(arena=Arena())
+    page.add_event({'event': 'begin'})
+    for number in range(1200):
+        page.add_event({'event': 'record', 'on': True, 'bag': f'bag_{number}'})
+    events = list(page.events.values())
+    assert len(events) == 1000
+    assert events[0] == {'event': 'begin'}
+    assert (events[1]['bag'], events[-1]['bag']) == ('bag_201', 'bag_1199')

@@ -67,6 +67,10 @@ DEFECTS: dict[str, tuple[Change, str]] = {
     'actions': (lambda d: d['actions_rad'].reverse(), 'actions_rad = '),
     'regions': (lambda d: d.update(regions=5), 'regions = 5'),
     'knots': (lambda d: d['regions']['x_knots_m'].reverse(), 'regions.x_knots_m = '),
+    'no knots': (
+        lambda d: d['regions'].update(y_knots_m=3),
+        'regions.y_knots_m = 3: must be a list of two or more numbers',
+    ),
     'goal': (lambda d: d['regions'].update(goal=[1, 5]), r'regions.goal = \(1, 5\)'),
     'learning': (lambda d: d.pop('learning'), 'learning is missing'),
     'gamma': (lambda d: d['learning'].update(gamma='x'), "learning.gamma = 'x'"),

@@ -115,7 +115,7 @@ class PageState:
         bag: Folder of the bag recorded last, empty where there is none.
         external: Nodes that the run did not start.
         events: What happened in the run, by ascending number: the first describes the run, then
-            the last 1000 finished paths, recordings, and the end.
+            the last of finished paths, recordings, and the end; 1000 in all.
     """
 
     arena: Arena
@@ -158,7 +158,7 @@ class PageState:
         self.external = tuple(event.get('external', self.external))
         self.events[number] = event
         if len(self.events) > _MAX_EVENTS:
-            del self.events[next(n for n, e in self.events.items() if e['event'] == 'path')]
+            del self.events[next(n for n, e in self.events.items() if e['event'] != 'begin')]
 
     def restart(self) -> None:
         """Discard poses and rates, which have a gap after a time without viewers."""

@@ -188,8 +188,9 @@ class GoalReachingControllerNode(Node):
         if config.goal and not config.learn:
             try:
                 goal = parse_region(config.goal, first.regions.shape)
-                rng = np.random.default_rng([self._mission.seed, *goal])
-                self._policies.setdefault(goal, policy_for_goal(first, goal, rng))
+                if goal not in self._policies:
+                    rng = np.random.default_rng([self._mission.seed, *goal])
+                    self._policies[goal] = policy_for_goal(first, goal, rng)
             except ConfigurationError as error:
                 self.get_logger().error(f'goal: {error}')
                 return

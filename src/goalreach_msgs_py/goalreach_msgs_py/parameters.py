@@ -146,7 +146,7 @@ def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, 
         return (float(value),)
     if not isinstance(value, list) or len(value) != shape[0]:
         kind = 'lists' if len(shape) > 1 else 'numbers'
-        raise ConfigurationError(place, value, f'a list of {shape[0]} {kind}')
+        raise ConfigurationError(place, value, f'a list of {shape[0] or "two or more"} {kind}')
     parts = (numbers_of(part, shape[1:], f'{place}[{k}]') for k, part in enumerate(value))
     return tuple(itertools.chain.from_iterable(parts))
 

@@ -1,7 +1,6 @@
 """The `landmark_localizer` node: from images of the LEDs to a pose and head commands."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
 from functools import partial
 from typing import Any
 
@@ -23,6 +22,7 @@ from goalreach_msgs_py.alignment import (
 from goalreach_msgs_py.cdr import MessageError
 from goalreach_msgs_py.image_messages import decoded_image_from_raw, image_from_raw
 from goalreach_msgs_py.noise import NoiseModel
+from goalreach_msgs_py.parameters import parameter_infos
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_from_raw
 from goalreach_msgs_py.ros.messaging import (
     LATCHED_QOS,
@@ -93,7 +93,7 @@ class LandmarkLocalizerNode(Node):
         super().__init__(_NAME)
         self._input_config = inputs = NodeConfig(self, InputConfig).value
         self._joints = HEAD_KINDS[inputs.head]
-        live = [f'noise.{field.name}' for field in fields(NoiseModel)]
+        live = parameter_infos(NoiseModel, 'noise.')
         config = NodeConfig(self, LocalizerConfig, live=live, on_change=self._on_config)
         self._on_config(config.value)
         self._reply = StampedReply()
