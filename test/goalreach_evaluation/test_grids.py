@@ -31,7 +31,7 @@ def test_a_grid_is_learned_and_driven(
         goal=goal,
         actions=actions,
     )
-    arena = Arena(regions=regions, starts=paper_starts(regions=regions))
+    arena = Arena(regions=regions, starts=paper_starts(regions))
     config = LearningConfig(trials=1 if learner == 'planner' else 60)
     rng = np.random.default_rng(2)
     agent = Agent(learner, regions, config, rng)

@@ -69,7 +69,7 @@ DEFECTS: dict[str, tuple[Change, str]] = {
     'knots': (lambda d: d['regions']['x_knots_m'].reverse(), 'regions.x_knots_m = '),
     'no knots': (
         lambda d: d['regions'].update(y_knots_m=3),
-        'regions.y_knots_m = 3: must be a list of two or more numbers',
+        'regions.y_knots_m = 3: must be a list of numbers',
     ),
     'goal': (lambda d: d['regions'].update(goal=[1, 5]), r'regions.goal = \(1, 5\)'),
     'learning': (lambda d: d.pop('learning'), 'learning is missing'),

@@ -31,7 +31,7 @@ def test_starts_fit_another_arena() -> None:
     regions = RegionMap(
         x_knots_m=(0.0, 2.0, 2.5, 4.0, 4.5, 6.0), y_knots_m=(0.0, 2.0, 2.5, 4.0, 4.5, 7.0)
     )
-    starts = paper_starts(width_m=6.0, length_m=7.0, regions=regions)
+    starts = paper_starts(regions)
     arena = Arena(width_m=6.0, length_m=7.0, regions=regions, starts=starts)
     assert len(arena.starts) == 22
 

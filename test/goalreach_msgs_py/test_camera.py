@@ -17,7 +17,6 @@ from goalreach_msgs_py.camera import (
     PinholeCamera,
     camera_azimuth,
     optical_rotation,
-    points_in_camera,
 )
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.values import HeadAngles
@@ -34,8 +33,8 @@ def _camera() -> PinholeCamera:
 def pixel(
     camera: PinholeCamera, point: list[float], *, azimuth: float, tilt: float
 ) -> list[float]:
-    centre = np.array([1.0, 2.0, 1.1])
-    in_camera = points_in_camera(np.array([point]), centre, azimuth, tilt)
+    offsets = np.array([point]) - (1.0, 2.0, 1.1)
+    in_camera = offsets @ optical_rotation(azimuth, tilt).T
     return [float(value) for value in camera.project(in_camera)[0]]
 
 

@@ -7,15 +7,15 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.arena import ArenaConfig
+from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.association import AssociationConfig, Fix, identify, labellings
 from goalreach_perception.measurement_model import HEIGHT, LEDS, MOUNT, TILT_BIAS, Lens
 from goalreach_perception.one_image_pose import ImageGeometry
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
-LED_PLACES = Arena().landmark_array_m
+LED_PLACES = ArenaConfig().landmark_array_m
 SIZE_M = (3.556, 5.08)
 TILT_RAD = 0.14
 
@@ -47,8 +47,8 @@ def solve(
 
 
 def view(x_m: float, y_m: float, azimuth: float, leds_m: FloatArray = LED_PLACES) -> FloatArray:
-    centre = np.array([x_m, y_m, 1.1])
-    return CAMERA.project(points_in_camera(leds_m, centre, azimuth, TILT_RAD))
+    offsets_m = leds_m - (x_m, y_m, 1.1)
+    return CAMERA.project(offsets_m @ optical_rotation(azimuth, TILT_RAD).T)
 
 
 def test_the_number_of_labellings() -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import HeadAngles
 from goalreach_perception.head_tracker import HeadConfig, HeadTracker
@@ -16,7 +16,7 @@ from goalreach_perception.measurement_model import Lens, project
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
-LED_PLACES = Arena().landmark_array_m
+LED_PLACES = ArenaConfig().landmark_array_m
 
 
 def test_for_landmarks_abeam_turret_and_pan_share_the_turn() -> None:

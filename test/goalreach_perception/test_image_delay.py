@@ -25,7 +25,7 @@ from goalreach_perception.measurement_prediction import offsets_from, predict_le
 from goalreach_sim.simulator_config import SimulatorConfig
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
-LEDS_M = Arena().landmark_array_m.reshape(-1).tolist()
+LEDS_M = LocalizerConfig().landmark_array_m.reshape(-1).tolist()
 STILL = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
 NS = 1_000_000_000
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import (
@@ -25,7 +25,7 @@ from goalreach_perception.measurement_model import (
 from goalreach_perception.measurement_prediction import offsets_from, predict_leds
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
-LEDS_M = Arena().landmark_array_m
+LEDS_M = ArenaConfig().landmark_array_m
 
 
 def test_offsets_are_positions_minus_the_camera() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from goalreach_lab.localization.bound_study import one_image_bound
-from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.camera import PinholeCamera, points_in_camera
+from goalreach_msgs_py.arena import ArenaConfig
+from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
 from goalreach_msgs_py.values import FloatArray
 from goalreach_perception.measurement_model import HEIGHT, LEDS, TILT_BIAS, Lens
 from goalreach_perception.one_image_pose import (
@@ -20,7 +20,7 @@ from goalreach_perception.one_image_pose import (
 )
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
-LED_PLACES = Arena().landmark_array_m
+LED_PLACES = ArenaConfig().landmark_array_m
 HEIGHT_M = 1.1
 TILT_RAD = 0.12
 
@@ -39,8 +39,8 @@ def geometry(spots: int, nuisance: FloatArray | None = None) -> ImageGeometry:
 
 
 def true_pixels(x_m: float, y_m: float, azimuth: float) -> FloatArray:
-    centre = np.array([x_m, y_m, HEIGHT_M])
-    return CAMERA.project(points_in_camera(LED_PLACES, centre, azimuth, TILT_RAD))
+    offsets_m = LED_PLACES - (x_m, y_m, HEIGHT_M)
+    return CAMERA.project(offsets_m @ optical_rotation(azimuth, TILT_RAD).T)
 
 
 def solve_noisy(sigma_px: float, count: int, pose: tuple[float, float, float]) -> Solutions:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
@@ -38,7 +38,7 @@ def started(
     state = PoseFilter(
         FilterConfig(),
         NoiseModel(),
-        leds_m=Arena().landmark_array_m,
+        leds_m=ArenaConfig().landmark_array_m,
         camera_height_m=1.1,
         calibrate=calibrate,
     )
@@ -72,7 +72,11 @@ def test_process_noise_of_a_metre() -> None:
 def test_a_base_that_turns_on_two_wheels_is_less_sure_of_its_heading() -> None:
     state, config = started(sigma_rad=0.02), FilterConfig(heading_walk_rad_per_sqrt_rad=0.03)
     unsure = PoseFilter(
-        config, NoiseModel(), leds_m=Arena().landmark_array_m, camera_height_m=1.1, calibrate=False
+        config,
+        NoiseModel(),
+        leds_m=ArenaConfig().landmark_array_m,
+        camera_height_m=1.1,
+        calibrate=False,
     )
     unsure.start(START, np.diag([0.01, 0.01, 0.02**2]))
     for one in (state, unsure):
@@ -215,7 +219,7 @@ def test_calibration_fades_to_the_prior() -> None:
     assert state.mean[PAN_BIAS] == pytest.approx(0.5 * learnt[PAN_BIAS])
     assert state.mean[:3] == pytest.approx(learnt[:3])
     state.fade(50.0 * memory_s)
-    assert state.mean[LEDS:MOUNT] == pytest.approx(Arena().landmark_array_m.reshape(-1))
+    assert state.mean[LEDS:MOUNT] == pytest.approx(ArenaConfig().landmark_array_m.reshape(-1))
     assert state.covariance.diagonal()[PAN_BIAS:] == pytest.approx(prior)
 
 
@@ -233,7 +237,7 @@ def test_rotation_and_scale_of_robot_and_leds_are_unobservable(*, larger: bool) 
     # Images of a driving robot must not increase the information in that direction.
     state = started(sigma_m=0.05, sigma_rad=0.05, calibrate=True)
     rng = np.random.default_rng(3)
-    surveyed_m = Arena().landmark_array_m
+    surveyed_m = ArenaConfig().landmark_array_m
 
     def known() -> float:
         direction = np.zeros(LEDS + 12)

@@ -97,7 +97,7 @@ def test_a_moving_camera_at_another_time_than_the_stamp() -> None:
 
 def test_leds_of_the_goal_wall_shine_along_y() -> None:
     arena = Arena()
-    axes = emission_axes(arena.landmark_array_m, arena.width_m, arena.length_m)
+    axes = emission_axes(np.array(arena.landmarks_m), arena.width_m, arena.length_m)
     assert axes.tolist() == [[0.0, 1.0, 0.0]] * 3
 
 

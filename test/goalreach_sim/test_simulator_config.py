@@ -12,7 +12,7 @@ from goalreach_sim.simulator_config import DriveConfig, HeadConfig, SimulatorCon
 def test_for_arena_takes_over_the_arena() -> None:
     arena = Arena()
     config = SimulatorConfig.for_arena(arena, noise_preset('harsh'))
-    assert config.landmark_array_m.tolist() == arena.landmark_array_m.tolist()
+    assert config.landmark_array_m.tolist() == [*map(list, arena.landmarks_m)]
     assert (config.arena_width_m, config.arena_length_m) == (arena.width_m, arena.length_m)
     assert config.start == arena.starts[0]
     assert config.noise.read_noise_dn == 3.0

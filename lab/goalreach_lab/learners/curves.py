@@ -135,7 +135,7 @@ def random_arena(seed: int, number: int) -> Arena:
         length_m=length_m,
         regions=regions,
         landmarks_m=tuple((share * width_m, y_m, z_m) for share, y_m, z_m in leds),
-        starts=paper_starts(width_m=width_m, length_m=length_m, regions=regions),
+        starts=paper_starts(regions),
     )
 
 

@@ -60,7 +60,7 @@ def grid_arena(columns: int, rows: int, goal: Region, width_m: float) -> Arena:
         for count, size_m in ((columns, WIDTH_M), (rows, LENGTH_M))
     )
     regions = RegionMap(x_knots_m=x_knots_m, y_knots_m=y_knots_m, goal=goal, actions=ACTIONS)
-    return Arena(name='grid', regions=regions, starts=paper_starts(regions=regions))
+    return Arena(name='grid', regions=regions, starts=paper_starts(regions))
 
 
 @functools.lru_cache

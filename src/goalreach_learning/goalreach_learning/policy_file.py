@@ -106,14 +106,14 @@ def _regions(document: object, actions: int) -> RegionMap:
     forbidden = _at(document, 'regions.forbidden', [])
     if not isinstance(forbidden, list):
         raise ConfigurationError('regions.forbidden', forbidden, 'a list of regions')
-    knots: dict[str, Any] = {}
-    for name in ('x_knots_m', 'y_knots_m'):
-        given = _at(document, f'regions.{name}')
-        count = len(given) if isinstance(given, list) else 0
-        knots[name] = numbers_of(given, (count,), f'regions.{name}')
+    x_knots_m, y_knots_m = (
+        numbers_of(_at(document, place), (None,), place)
+        for place in ('regions.x_knots_m', 'regions.y_knots_m')
+    )
     try:
         return RegionMap(
-            **knots,
+            x_knots_m=x_knots_m,
+            y_knots_m=y_knots_m,
             goal=_region(_at(document, 'regions.goal', [*GOAL_REGION]), 'goal'),
             actions=actions,
             forbidden=tuple(_region(one, 'forbidden') for one in forbidden),

@@ -88,8 +88,7 @@ def arena_of(regions: RegionMap) -> Arena:
     """Return an arena of these regions to learn in, with starts along its border."""
     size: dict[str, Any] = {'width_m': regions.x_knots_m[-1], 'length_m': regions.y_knots_m[-1]}
     leds_m = tuple((share * size['width_m'], 0.0, 1.0) for share in (0.2, 0.5, 0.8))
-    starts = paper_starts(**size, regions=regions)
-    return Arena(**size, landmarks_m=leds_m, regions=regions, starts=starts)
+    return Arena(**size, landmarks_m=leds_m, regions=regions, starts=paper_starts(regions))
 
 
 @dataclass

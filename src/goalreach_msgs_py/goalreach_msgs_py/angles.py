@@ -2,8 +2,6 @@
 
 import math
 
-_TURN_RAD = 2.0 * math.pi
-
 
 def wrap_angle(angle_rad: float) -> float:
     """Return the angle in (-pi, pi] that points the same way as a finite one, radians.
@@ -11,7 +9,7 @@ def wrap_angle(angle_rad: float) -> float:
     >>> wrap_angle(3 * math.pi)
     3.141592653589793
     """
-    wrapped = math.remainder(angle_rad, _TURN_RAD)
+    wrapped = math.remainder(angle_rad, math.tau)
     return math.pi if wrapped <= -math.pi else wrapped
 
 

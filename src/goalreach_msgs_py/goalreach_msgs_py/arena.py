@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.angles import inches
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.obstacles import Obstacle, obstacles_from_flat
 from goalreach_msgs_py.parameters import Configuration, parameter
@@ -24,13 +24,11 @@ LENGTH_M = 5.08
 BODY_RADIUS_M = 0.225
 """Radius of the bumper ring as a driver author measured it (Player, drivers/mixed/nomad)."""
 
-_LANDMARKS_IN = ((35.0, 0.0, 56.0), (70.0, 20.0, 72.0), (105.0, 0.0, 64.0))
 # Chosen: the paper names three LEDs but not their positions. The middle one is on a bracket 20 in
 # in front of the goal wall and above the robot, since its depth has the strongest effect on
 # accuracy (Cramer-Rao bound of the position: three times better than three LEDs in one plane).
-DEFAULT_LANDMARKS_M = tuple(
-    tuple(round(coordinate * INCH_M, 6) for coordinate in led) for led in _LANDMARKS_IN
-)
+_LANDMARKS_IN = ((35.0, 0.0, 56.0), (70.0, 20.0, 72.0), (105.0, 0.0, 64.0))
+DEFAULT_LANDMARKS_M = tuple(tuple(map(inches, led)) for led in _LANDMARKS_IN)
 
 PAPER_STARTS = 22
 """Starting positions of a trial, section "The Simulation Phase"."""
@@ -43,13 +41,7 @@ _LARGEST_M = 100.0
 """Longest side of an arena that the nodes accept. Chosen."""
 
 
-def paper_starts(
-    *,
-    width_m: float = WIDTH_M,
-    length_m: float = LENGTH_M,
-    regions: RegionMap | None = None,
-    count: int = PAPER_STARTS,
-) -> tuple[Pose2, ...]:
+def paper_starts(regions: RegionMap | None = None, count: int = PAPER_STARTS) -> tuple[Pose2, ...]:
     """Return starting poses at the borders of an arena, facing the goal wall.
 
     The paper has "22 different points at the borders of the environment" and no coordinates.
@@ -59,7 +51,7 @@ def paper_starts(
     """
     regions = regions or RegionMap()
     inset = BODY_RADIUS_M + _START_CLEARANCE_M
-    right, far = width_m - inset, length_m - inset
+    right, far = regions.x_knots_m[-1] - inset, regions.y_knots_m[-1] - inset
     corners = np.array(
         [[inset, inset], [right, inset], [right, far], [inset, far], [inset, inset]]
     )
@@ -208,11 +200,6 @@ class Arena:
             and body_radius_m <= y_m <= self.length_m - body_radius_m
             and all(one.contact(x_m, y_m)[0] >= body_radius_m for one in self.obstacles)
         )
-
-    @property
-    def landmark_array_m(self) -> FloatArray:
-        """The LEDs as an (n, 3) array, metres in `map`."""
-        return np.array(self.landmarks_m, dtype=np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

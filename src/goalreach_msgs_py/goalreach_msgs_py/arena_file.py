@@ -109,11 +109,14 @@ def _arena(document: object) -> Arena:
     tags = _list(fields, 'tags', 'a list of tags')
     obstacles = _list(fields, 'obstacles', 'a list of obstacles')
     regions = _regions(fields['regions'], (width_m, length_m))
+    name = fields['name']
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise ConfigurationError('name', name, 'a text of one line')
     if not isinstance(sonar := fields.get('sonar', False), bool):
         raise ConfigurationError('sonar', sonar, 'on or off')
     # Without starts at first: they are placed along borders that must have been checked before.
     arena = Arena(
-        name=_name(fields['name']),
+        name=name,
         width_m=width_m,
         length_m=length_m,
         landmarks_m=tuple(numbers_of(led, (3,), f'leds_m[{k}]') for k, led in enumerate(leds)),
@@ -129,15 +132,8 @@ def _arena(document: object) -> Arena:
     return replace(arena, starts=_starts(fields['starts'], arena))
 
 
-def _name(value: object) -> str:
-    if not isinstance(value, str) or not value.strip() or not value.isprintable():
-        raise ConfigurationError('name', value, 'a text of one line')
-    return value
-
-
 def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
     given = value if isinstance(value, dict) else {}
-    actions = given.get('actions', 8)
     names = _KNOTS if any(name in given for name in _KNOTS) else _BORDERS
     fields = _mapping(value, 'regions', (*names, 'goal'), _OF_REGIONS)
     named = _mapping(given['labels'], 'regions.labels', ('x', 'y')) if 'labels' in given else {}
@@ -146,14 +142,12 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
     goal = fields['goal']
     if not isinstance(goal, str):
         raise ConfigurationError('regions.goal', goal, 'a region such as FRONT/NEAR')
-    if names is _KNOTS:
-        x_knots_m, y_knots_m = (_numbers(fields[name], f'regions.{name}') for name in _KNOTS)
-    else:
+    axes_m = [numbers_of(fields[name], (None,), f'regions.{name}') for name in names[:2]]
+    if names is _BORDERS:
         width_m = _number(fields[_BORDERS[2]], f'regions.{_BORDERS[2]}')
-        x_knots_m, y_knots_m = (
-            knots_around(_numbers(fields[name], f'regions.{name}'), width_m, size_m)
-            for name, size_m in zip(_BORDERS, sizes_m, strict=False)
-        )
+        pairs = zip(axes_m, sizes_m, strict=True)
+        axes_m = [knots_around(borders_m, width_m, size_m) for borders_m, size_m in pairs]
+    x_knots_m, y_knots_m = axes_m
     try:
         shape = len(x_knots_m) // 2, len(y_knots_m) // 2
         return RegionMap(
@@ -163,7 +157,7 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
             forbidden=tuple(
                 parse_region(name, shape, own, field='forbidden') for name in forbidden
             ),
-            actions=actions,
+            actions=given.get('actions', 8),
             rewards=Rewards.read(given.get('rewards', {})),
             own_labels=own,
         )
@@ -175,10 +169,6 @@ def _texts(value: object, name: str) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(text, str) for text in value):
         raise ConfigurationError(f'regions.{name}', value, 'a list of texts')
     return tuple(value)
-
-
-def _numbers(value: object, place: str) -> tuple[float, ...]:
-    return numbers_of(value, (len(value) if isinstance(value, list) else 0,), place)
 
 
 def knots_around(borders_m: Iterable[float], width_m: float, size_m: float) -> tuple[float, ...]:
@@ -194,9 +184,7 @@ def _starts(value: object, arena: Arena) -> tuple[Pose2, ...]:
             raise ConfigurationError(
                 'starts.border', count, f'a whole number in [1, {_MAXIMUM_STARTS}]'
             )
-        return paper_starts(
-            width_m=arena.width_m, length_m=arena.length_m, regions=arena.regions, count=count
-        )
+        return paper_starts(arena.regions, count)
     if not isinstance(value, list) or not 1 <= len(value) <= _MAXIMUM_STARTS:
         allowed = 'a list of {x_m, y_m, heading_deg}, or {border: N}'
         raise ConfigurationError('starts', value, allowed)

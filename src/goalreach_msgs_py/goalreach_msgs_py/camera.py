@@ -167,22 +167,3 @@ def optical_rotation(azimuth_rad: float, tilt_rad: float) -> FloatArray:
     ca, sa = math.cos(azimuth_rad), math.sin(azimuth_rad)
     ct, st = math.cos(tilt_rad), math.sin(tilt_rad)
     return np.array([[sa, -ca, 0.0], [ca * st, sa * st, -ct], [ca * ct, sa * ct, st]])
-
-
-def points_in_camera(
-    points_map_m: FloatArray, centre_map_m: FloatArray, azimuth_rad: float, tilt_rad: float
-) -> FloatArray:
-    """Return map points in the optical frame.
-
-    Args:
-        points_map_m: (n, 3) points in `map`.
-        centre_map_m: (3,) optical centre in `map`.
-        azimuth_rad: Azimuth of the optical axis in `map`.
-        tilt_rad: Its elevation, upward.
-
-    Returns:
-        (n, 3) points, x right, y down, z forward, metres.
-    """
-    offsets: FloatArray = points_map_m - centre_map_m
-    rotated: FloatArray = offsets @ optical_rotation(azimuth_rad, tilt_rad).T
-    return rotated

@@ -14,8 +14,6 @@ _NS_PER_S = 1_000_000_000
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _ORIGIN = len(_LITTLE_ENDIAN)
 """Alignment counts from here."""
-_PADDING = (b'', b'\0\0\0', b'\0\0', b'\0')
-"""What aligns a text, by the remainder of the length before it divided by four."""
 _STAMP = struct.Struct('<iI')
 _BIG_STAMP = struct.Struct('>iI')
 _STAMP_END = _ORIGIN + _STAMP.size
@@ -85,10 +83,9 @@ class CdrWriter:
 
     def text(self, *texts: str) -> None:
         """Append texts."""
-        raw = self._raw
         for text in texts:
-            raw += _PADDING[len(raw) % 4]
-            raw += _encode(text)
+            self._align(_LENGTH.size)
+            self._raw += _encode(text)
 
     def raw(self, data: bytes | memoryview = b'') -> bytes:
         """Return the message, with bytes appended to it as they are."""
@@ -134,19 +131,12 @@ class CdrReader:
 
     def skip(self, numbers: str) -> None:
         """Pass over numbers of one kind."""
-        packer, size = self._layout(numbers)
-        self._at += (_ORIGIN - self._at) % size + packer.size
-        if self._at > len(self._raw):
-            raise self._truncated()
+        self.numbers(numbers)
 
     def skip_text(self) -> None:
         """Pass over a text."""
-        begin = self._at + (-self._at) % 4 + _LENGTH.size
-        try:
-            (size,) = self._layout('I')[0].unpack_from(self._raw, begin - _LENGTH.size)
-        except struct.error:
-            raise self._truncated() from None
-        self._at = begin + size
+        (size,) = self.numbers('I')
+        self._at += size
 
     def count(self, least: int = 1) -> int:
         """Return the length of a sequence, of which each element takes `least` bytes or more.

@@ -131,11 +131,11 @@ def is_number(value: object) -> TypeGuard[float]:
     return is_real and abs(cast('float', value)) <= _LARGEST
 
 
-def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, ...]:
+def numbers_of(value: object, shape: Sequence[int | None], place: str) -> tuple[float, ...]:
     """Return the numbers of nested lists of a document in order.
 
-    The shape is the lengths of the lists, the outermost first; it is empty for one number. The
-    place is named in messages.
+    The shape is the lengths of the lists, the outermost first, None for any; it is empty for one
+    number. The place is named in messages.
 
     Raises:
         ConfigurationError: A list has another length, or an element is no finite number.
@@ -144,9 +144,10 @@ def numbers_of(value: object, shape: Sequence[int], place: str) -> tuple[float, 
         if not is_number(value):
             raise ConfigurationError(place, value, 'a finite number')
         return (float(value),)
-    if not isinstance(value, list) or len(value) != shape[0]:
+    if not isinstance(value, list) or shape[0] not in {None, len(value)}:
+        size = '' if shape[0] is None else f'{shape[0]} '
         kind = 'lists' if len(shape) > 1 else 'numbers'
-        raise ConfigurationError(place, value, f'a list of {shape[0] or "two or more"} {kind}')
+        raise ConfigurationError(place, value, f'a list of {size}{kind}')
     parts = (numbers_of(part, shape[1:], f'{place}[{k}]') for k, part in enumerate(value))
     return tuple(itertools.chain.from_iterable(parts))
 

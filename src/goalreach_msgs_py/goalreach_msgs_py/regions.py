@@ -14,7 +14,7 @@ import itertools
 import math
 import re
 
-from goalreach_msgs_py.angles import INCH_M
+from goalreach_msgs_py.angles import inches
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameters import Configuration, is_number, parameter
 from goalreach_msgs_py.values import PathOutcome, Region
@@ -34,10 +34,8 @@ _LABEL = re.compile(r'[^\s,/<>&"]+( [^\s,/<>&"]+)*')
 # Chosen, not from the paper (its figures have no numbers): borders at one third and two thirds of
 # the arena (140 x 200 in), so that all regions are alike, and transition areas of 20 in, wide
 # enough for headings to blend gently at 20 in/s and many times the error of the position estimate.
-_X_KNOTS_IN = (0.0, 36.5, 56.5, 83.5, 103.5, 140.0)
-_Y_KNOTS_IN = (0.0, 56.5, 76.5, 123.5, 143.5, 200.0)
-DEFAULT_X_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _X_KNOTS_IN)
-DEFAULT_Y_KNOTS_M = tuple(round(k * INCH_M, 6) for k in _Y_KNOTS_IN)
+DEFAULT_X_KNOTS_M = tuple(map(inches, (0.0, 36.5, 56.5, 83.5, 103.5, 140.0)))
+DEFAULT_Y_KNOTS_M = tuple(map(inches, (0.0, 56.5, 76.5, 123.5, 143.5, 200.0)))
 
 
 def labels(shape: tuple[int, int]) -> list[tuple[str, ...]]:

@@ -148,16 +148,9 @@ def bumpers_to_raw(
 
     Sensor i points to 18 i degrees in `bumper_link`.
     """
-    return with_stamp(_write_bumpers(tuple(pressed), prefix, body_radius_m, scan_time_s), stamp_ns)
-
-
-@lru_cache(maxsize=_CACHED)
-def _write_bumpers(
-    pressed: tuple[bool, ...], prefix: str, body_radius_m: float, scan_time_s: float
-) -> bytes:
     ranges_m = [body_radius_m if on else math.inf for on in pressed]
     limits_m = (0.0, 2.0 * body_radius_m)
-    return sonar_to_raw(ranges_m, 0, prefix, limits_m=limits_m, scan_time_s=scan_time_s)
+    return sonar_to_raw(ranges_m, stamp_ns, prefix, limits_m=limits_m, scan_time_s=scan_time_s)
 
 
 def sonar_to_raw(
@@ -176,9 +169,7 @@ def sonar_to_raw(
     count = len(ranges_m)
     step_rad = 2.0 * math.pi / count
     writer = CdrWriter(stamp_ns, prefix + BUMPER_FRAME)
-    writer.numbers('3f', 0.0, step_rad * (count - 1), step_rad)
-    writer.numbers('2f', 0.0, scan_time_s)
-    writer.numbers('2f', *limits_m)
+    writer.numbers('7f', 0.0, step_rad * (count - 1), step_rad, 0.0, scan_time_s, *limits_m)
     writer.numbers('I', count)
     writer.numbers(f'{count}f', *ranges_m)
     writer.zeros('I')
@@ -220,11 +211,6 @@ def bumpers_from_raw(raw: bytes) -> tuple[bool, ...]:
     Raises:
         MessageError: There is no ray, or a ray is NaN.
     """
-    return _read_bumpers(with_stamp(raw, 0))
-
-
-@lru_cache(maxsize=_CACHED)
-def _read_bumpers(raw: bytes) -> tuple[bool, ...]:
     reader = CdrReader(raw)
     reader.skip('7f')
     ranges = reader.sequence('f')

@@ -30,7 +30,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from goalreach_msgs_py.camera import EQUIDISTANT, PinholeCamera, camera_azimuth, points_in_camera
+from goalreach_msgs_py.camera import EQUIDISTANT, PinholeCamera, camera_azimuth, optical_rotation
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.tags import CORNERS, Tag
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
@@ -307,8 +307,8 @@ class CameraMount:
     ) -> FloatArray:
         """Return (n, 3) points of `map` in the optical frame, metres: right, down, forward."""
         joints, roll_rad = self.look(joints)
-        axis_m = np.array([pose.x_m, pose.y_m, self.height_m])
         azimuth_rad = camera_azimuth(pose.heading_rad, joints)
-        level_m = points_in_camera(points_m, axis_m, azimuth_rad, joints.tilt_rad)
+        offsets_m = points_m - (pose.x_m, pose.y_m, self.height_m)
+        level_m = offsets_m @ optical_rotation(azimuth_rad, joints.tilt_rad).T
         level_m -= (-self.offset_m[1], 0.0, self.offset_m[0])
         return level_m @ attitude(0.0, 0.0, -roll_rad).T

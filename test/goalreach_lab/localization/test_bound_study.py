@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from goalreach_lab.localization.bound_study import Bound, one_image_bound
-from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_perception.head_tracker import HeadConfig
 
 CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
-LED_PLACES = Arena().landmark_array_m
+LED_PLACES = ArenaConfig().landmark_array_m
 
 
 def bound_at(x_m: float, y_m: float, sigma_px: float = 0.3, pan_rad: float = 0.0) -> Bound:

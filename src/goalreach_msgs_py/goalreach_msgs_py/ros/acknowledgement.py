@@ -19,7 +19,6 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS, stamp_from_msg, stamp_to_msg
 from goalreach_msgs_py.topics import acknowledgement_topic
 
-_WINDOW_KEY: Final = 'window_ticks'
 _GUID_PREFIX: Final = 12
 """Bytes of an endpoint's id that identify its participant (DDSI-RTPS, 9.3.1)."""
 
@@ -39,7 +38,7 @@ class Acknowledger:
 
     def __init__(self, node: Node, *, window_ticks: int, namespace: str = '') -> None:
         name = node.get_name()
-        window = KeyValue(key=_WINDOW_KEY, value=str(window_ticks))
+        window = KeyValue(key='window_ticks', value=str(window_ticks))
         self._message = DiagnosticArray(status=[DiagnosticStatus(name=name, values=[window])])
         topic = acknowledgement_topic(name)
         topic = f'{namespace}/{topic}' if namespace else topic

@@ -21,9 +21,6 @@ DISCOVERY_PROFILE: Final = str(_CONFIG / 'fastdds_discovery.xml')
 them often: of 20 commands each, the slowest found a default node after 2.5 s without it and after
 0.5 s with it."""
 
-SOCKETS: Final = Path('/proc/net/udp')
-"""Linux's table of the UDP sockets of this network namespace."""
-
 # DDSI-RTPS 2.2, section 9.6.1.1: a participant listens for discovery on port
 # PB + DG * domain + d1 + PG * participant.
 _PORT_BASE: Final = 7400
@@ -67,10 +64,10 @@ def domain_ports(domain: int) -> range:
     return range(first, first + _DOMAIN_GAIN)
 
 
-def count_local_participants(domain: int, sockets: Path = SOCKETS) -> int:
+def count_local_participants(domain: int, sockets: Path = Path('/proc/net/udp')) -> int:
     """Return how many participants of a `ROS_DOMAIN_ID` listen on this machine.
 
-    It is 0 where the system has no table of sockets.
+    The default is Linux's table of the UDP sockets of this network namespace; it is 0 without.
     """
     ports = domain_ports(domain)[_UNICAST_OFFSET::_PARTICIPANT_GAIN]
     try:

@@ -62,10 +62,8 @@ class NodeConfig(Generic[ConfigT]):
         return {p.name: p.value for p in parameters if p.name in self._values}
 
     def _check(self, parameters: list[Parameter[Any]]) -> SetParametersResult:
-        changes = self._changes(parameters)
         try:
-            if changes:
-                build_config(self._cls, {**self._values, **changes})
+            build_config(self._cls, {**self._values, **self._changes(parameters)})
         except ConfigurationError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -98,9 +98,8 @@ class TransformPublisher:
         return self._message is not None
 
     def publish(self, transforms: list[TransformStamped]) -> None:
-        """Publish transforms."""
-        if self.active:
-            self._publisher.publish(self._prefixed(transforms))
+        """Publish transforms; to be called only where it is active."""
+        self._publisher.publish(self._prefixed(transforms))
 
     def _prefixed(self, transforms: list[TransformStamped]) -> object:
         for each in transforms:
