@@ -111,9 +111,10 @@ def test_sqlite_of_older_versions_is_read_and_repaired(tmp_path: Path, *, offers
         values = [1, '/text', STRING, 'cdr', QOS_8][: 5 if offers else 4]
         marks = ', '.join('?' * len(values))
         base.execute(f'INSERT INTO topics VALUES({marks})', values)
-        for number in range(5):
-            row = (number + 1, text_message('a'))
-            base.execute('INSERT INTO messages VALUES(NULL, 1, ?, ?)', row)
+        base.execute(f'INSERT INTO topics VALUES({marks})', [2, *values[1:]])
+        for number in range(5):  # two publishers may have a row of the same name each
+            row = (1 + number % 2, number + 1, text_message('a'))
+            base.execute('INSERT INTO messages VALUES(NULL, ?, ?, ?)', row)
     before = path.read_bytes()
 
     result = repair_bag(tmp_path / 'bag')

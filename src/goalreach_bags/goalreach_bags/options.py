@@ -35,7 +35,7 @@ class TopicSelection:
     )
 
     def __post_init__(self) -> None:
-        for flag, patterns in (('--regex', self.patterns), ('--exclude-regex', self.exclude)):
+        for flag, patterns in (('--regex', self.patterns), ('--exclude', self.exclude)):
             for pattern in patterns:
                 _require_pattern(flag, pattern)
 

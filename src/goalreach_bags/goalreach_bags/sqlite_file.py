@@ -168,7 +168,10 @@ def _read_topics(base: sqlite3.Connection) -> dict[int, BagTopic]:
 
 def _read_span(name: str, base: sqlite3.Connection, topics: dict[int, BagTopic]) -> FileSpan:
     rows = base.execute('SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id')
-    counts = Counter({topics[number].name: n for number, n in rows if number in topics})
+    counts: Counter[str] = Counter()
+    for number, count in rows:
+        if number in topics:
+            counts[topics[number].name] += count
     times = base.execute('SELECT MIN(timestamp), MAX(timestamp) FROM messages').fetchone()
     first_ns = NO_TIME_NS if times[0] is None else times[0]
     return FileSpan(name=name, counts=counts, first_ns=first_ns, last_ns=times[1] or 0)

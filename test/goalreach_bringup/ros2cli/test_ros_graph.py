@@ -162,6 +162,10 @@ def test_param_set_get_dump_and_refusals(graph: dict[str, str]) -> None:
     status, out, error = ros2(graph, 'param', 'set', '/ns/talker', 'speed', '7.0')
     assert (status, out) == (1, '')
     assert error.startswith('Setting parameter failed: Parameter speed out of range')
+    for value in ('9' * 20, '2026-11-30', '{a: 1}'):  # no type of a parameter holds them
+        status, out, error = ros2(graph, 'param', 'set', '/ns/talker', 'speed', value)
+        assert (status, out) == (1, '')
+        assert error.startswith('Setting parameter failed: ')
     status, out, error = ros2(graph, 'param', 'get', '/ns/nobody', 'speed', '--spin-time', '0.5')
     assert (status, out, error) == (1, '', 'Node not found\n')
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.serialization import serialize_message
 import yaml
 
 from goalreach_bringup.ros2cli.ros.session import Session, full_name
@@ -101,8 +102,10 @@ def _client(session: Session, args: argparse.Namespace) -> Any:
 
 
 def _parse(text: str) -> ParameterValue:
-    """Return the value of the type that the text looks like; a string where it looks like none."""
+    """Return the value of the type that the text looks like; a string where no type holds it."""
     try:
-        return get_parameter_value(text)
-    except (AssertionError, ValueError, OverflowError, yaml.YAMLError):  # a mapping, or not YAML
+        value = get_parameter_value(text)
+        serialize_message(value)
+    except (AssertionError, OverflowError, SystemError, TypeError, ValueError, yaml.YAMLError):
         return ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
+    return value
