@@ -24,10 +24,10 @@ def test_a_case_without_a_pose_has_only_outcomes() -> None:
 
 
 def test_the_document_holds_what_was_driven_so_far(tmp_path: Path) -> None:
-    path, key = tmp_path / 'abroad.jsonl', ('case', 'starts', 'number')
+    path, key = tmp_path / 'abroad.jsonl', ('case', 'world', 'starts', 'number')
     file = StudyFile(path, key=key, settings={'seed': 7})
     file.add(
-        {'case': 'soft', 'starts': 'border', 'number': 8},
+        {'case': 'soft', 'world': 0, 'starts': 'border', 'number': 8},
         {**GOAL, 'outcome': 'false-goal', 'trace': [[1.0, 2.0], [1.0, 1.0]]},
     )
     out = tmp_path / 'ABROAD.md'
