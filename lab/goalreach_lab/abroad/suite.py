@@ -23,8 +23,8 @@ SUMMARY = 'Drive in a world that shares no code with ours: examples/mujoco_world
 
 _STARTS: Final = {'border': 'paper', 'random': 'random:22'}
 _WORLDS: Final = 4
-"""Worlds of each case, of seeds that follow one another. Chosen: a shift and a turn of all LEDs can
-be seen in no image, so that in one world a single draw decides the NEES."""
+"""Worlds of each case, of seeds that follow one another. Chosen: no image tells a shift and a turn
+of all LEDs, so that in one world a single draw decides the NEES."""
 _OUTCOMES: Final = ('goal', 'false-goal', 'bump', 'timeout', 'silent')
 NEES_95: Final = 7.81
 """Exceeded by 5 % of consistent estimates: chi-square, 3 degrees of freedom."""
