@@ -15,7 +15,7 @@ pytest.importorskip('starlette')
 def test_a_run_is_compared_with_itself_under_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', str(graphs.fresh_domain()))
     monkeypatch.setattr('goalreach_lab.speed.dashboard._SETTLE_S', 1.0)  # no figure is judged
-    options = Options(browsers=(0,), seconds=1.0, rounds=1, nodes=('composed',))
+    options = Options(browsers=(0,), seconds=3.0, rounds=1, nodes=('composed',))
     rows = {row.name: row for row in execute(options)}
     assert len(rows) == 5
     assert 0.0 <= rows['0 browsers, real time: the page'].ours < 2.0
