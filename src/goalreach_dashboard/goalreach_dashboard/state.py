@@ -114,8 +114,8 @@ class PageState:
         ended: Whether the run that started the page has ended.
         bag: Folder of the bag recorded last, empty where there is none.
         external: Nodes that the run did not start.
-        events: What happened in the run, by ascending number: the first describes the run, then
-            the last of finished paths, recordings, and the end; 1000 in all.
+        events: What happened in the run, by ascending number, at most 1000: the first describes
+            the run, then the last finished paths, recordings, and the end.
     """
 
     arena: Arena
@@ -158,7 +158,8 @@ class PageState:
         self.external = tuple(event.get('external', self.external))
         self.events[number] = event
         if len(self.events) > _MAX_EVENTS:
-            del self.events[next(n for n, e in self.events.items() if e['event'] != 'begin')]
+            kinds = {n: e['event'] for n, e in self.events.items() if e['event'] != 'begin'}
+            del self.events[min(kinds, key=lambda n: (kinds[n] != 'path', n))]
 
     def restart(self) -> None:
         """Discard poses and rates, which have a gap after a time without viewers."""
