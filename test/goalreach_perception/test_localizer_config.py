@@ -15,6 +15,7 @@ from goalreach_perception.localizer_config import LocalizerConfig
 def test_the_default_is_the_default_arena() -> None:
     assert LocalizerConfig.for_arena(Arena(), NoiseModel()) == LocalizerConfig()
     assert LocalizerConfig().landmark_array_m.shape == (3, 3)
+    assert LocalizerConfig().mount == (0.0, 0.0, 1.1, 0.0, 0.0, 0.0)
     assert LocalizerConfig().landmark_array_m[1].tolist() == [1.778, 0.508, 1.8288]
 
 
