@@ -174,3 +174,14 @@ def test_equal_stamps_have_no_delay() -> None:
     first = next(drive.drive_frames(arena.starts[0]))
     assert first.localization.delay is None
     assert 'camera_delay_s' not in first.localization.diagnostics
+
+
+def test_the_motion_between_two_samples_is_that_of_the_robot_in_the_map() -> None:
+    joints, odometry = moving(0)
+    moved = Pose2(x_m=1.6, y_m=2.2, heading_rad=0.75 * math.pi)
+    later = replace(joints, turret_rad=0.05), replace(odometry, pose=moved)
+    motion = ImageMotion.between(0.0, 0.5, (joints, odometry), later)
+    # 0.2 and 0.4 m/s along x and y of odom, where ahead is (-1, 1) / sqrt(2).
+    assert motion.velocity_m_per_s == pytest.approx((0.2 / math.sqrt(2), -0.6 / math.sqrt(2)))
+    rates = motion.pose_rates(moved.heading_rad)
+    assert rates == pytest.approx((0.2, 0.4, 0.5 * math.pi + 0.1))

@@ -1,4 +1,4 @@
-"""Which spots near predicted landmarks are assigned to them."""
+"""Spots near predicted landmarks: where they are sought, and which are assigned."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def spots_at(places: Pixels) -> Spots:
     return Spots(pixels_px, np.ones(len(places)), [99] * len(places), good, good)
 
 
-def predicted(places: Pixels, uv: float = 0.0) -> Prediction:
+def predicted(places: Pixels, uv: float = 0.0, depth_m: float = 2.0) -> Prediction:
     covariance: FloatArray = np.kron(np.eye(len(places)), np.array([[4.0, uv], [uv, 1.0]]))
-    return Prediction(np.array(places), [2.0] * len(places), covariance, covariance)
+    return Prediction(np.array(places), [depth_m] * len(places), covariance, covariance)
 
 
 def find(prediction: Prediction, *seen: Pixels, gate: float = 16.0) -> tuple[MatchedLeds, Mock]:
@@ -42,6 +42,21 @@ def find(prediction: Prediction, *seen: Pixels, gate: float = 16.0) -> tuple[Mat
     }
     image = np.zeros((480, 640), np.uint8)
     return find_predicted(image, prediction, detector=detector, **options), detector.in_windows
+
+
+@pytest.mark.parametrize(
+    ('from_border_px', 'sought', 'expected'),
+    [(-8.5, False, 0), (-7.5, True, 0), (13.5, True, 0), (14.5, True, 1)],  # 4 sigmas and 6 px
+)
+def test_a_landmark_is_sought_where_it_may_be_and_expected_where_it_must_be(
+    from_border_px: float, *, sought: bool, expected: int
+) -> None:
+    b = from_border_px
+    for place in ((b, 100.0), (640.0 - b, 100.0), (100.0, b), (100.0, 480.0 - b)):
+        found, looked = find(predicted([place]), [place] * sought)
+        assert looked.call_args_list[0].args[2] == [28] * sought
+        assert found.expected == expected
+    assert find(predicted(AT, depth_m=0.06), [])[0].expected == 0
 
 
 @pytest.mark.parametrize(('across', 'distance2'), [(3.0, 26.0 / 9.0), (-3.0, 50.0 / 9.0)])
@@ -58,6 +73,12 @@ def test_where_the_brightest_spot_is_elsewhere_the_second_brightest_counts() -> 
     assert looked.call_args.kwargs['skip_px'] == [[215.0, 200.0]]
     assert found.leds.tolist() == [0, 2, 1]
     assert found.pixels_px[2].tolist() == [201.0, 200.0]
+
+
+@pytest.mark.parametrize(('apart_px', 'leds'), [(4.0, [2]), (4.1, [0, 1, 2])])
+def test_one_spot_of_two_leds_is_that_of_neither(apart_px: float, leds: list[int]) -> None:
+    places = [AT[0], (100.0, 100.0 + apart_px), AT[2]]
+    assert find(predicted(places), places)[0].leds.tolist() == leds
 
 
 def test_a_tag_with_a_corner_elsewhere_is_left_out_as_a_whole() -> None:

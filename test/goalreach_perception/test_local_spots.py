@@ -11,9 +11,28 @@ from goalreach_perception.local_spots import (
     LocalSpotMeter,
     _sampled_offsets,
     _Shape,
+    brighter_than,
+    cut_patches,
     moment_sums,
 )
 from led_arena import spot_image
+
+
+@pytest.mark.parametrize('shape', [(5, 7), (6, 8)])  # eight pixels are looked at together
+def test_the_pixels_above_a_level(shape: tuple[int, int]) -> None:
+    image = np.random.default_rng(0).integers(0, 20, shape).astype(np.uint8)
+    expected = np.argwhere(image > 12)[:, ::-1]
+    assert np.array_equal(brighter_than(image, 12.0, len(expected)), expected)
+    assert not brighter_than(image, 12.0, len(expected) - 1).any()
+
+
+def test_patches_are_zero_beyond_the_border() -> None:
+    image = np.arange(1, 43, dtype=np.uint8).reshape(6, 7)
+    corners = [(0, 0), (6, 5), (3, 2), (2, 2), (4, 3), (0, 3), (5, 2), (3, 4)]
+    patches = cut_patches(image, [*corners, (-1, -1)], 2).reshape(-1, 5, 5)
+    around = np.pad(image, 2)
+    assert patches[:-1].tolist() == [around[v : v + 5, u : u + 5].tolist() for u, v in corners]
+    assert not patches[-1].any()
 
 
 def test_the_moments_of_a_patch() -> None:

@@ -45,3 +45,14 @@ def test_a_camera_that_looks_along_the_axis_of_its_head_is_refused() -> None:
         with pytest.raises(ConfigurationError, match='a pitch below 84 degrees'):
             LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, pitch_rad, 0.0))
     assert LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, math.pi, 0.0)).mount[0] == 0.1
+
+
+@pytest.mark.parametrize(
+    ('values', 'allowed'),
+    [({'camera_mount': (0.1, 0.0, 1.0, 0.0, 0.0)}, 'six numbers'), ({'leds': False}, 'no tags')],
+)
+def test_half_a_mount_and_an_arena_without_landmarks_are_refused(
+    values: dict[str, object], allowed: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=allowed):
+        build_config(LocalizerConfig, values)

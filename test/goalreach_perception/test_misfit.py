@@ -119,3 +119,25 @@ def test_a_suspect_is_cleared_by_evidence_not_by_forgetting() -> None:
     mean[LEDS + 1], covariance[LEDS + 1, LEDS + 1] = 2.0, 0.8
     watch.update(mean, covariance)
     assert watch.suspect == 0
+
+
+def test_another_constant_is_cleared_by_evidence_too() -> None:
+    watch, mean, covariance = _watched(9)
+    for focal, variance, suspect in ((5.0, 0.8, FOCAL), (0.0, 1.0, FOCAL), (0.0, 0.8, 0)):
+        mean[FOCAL], covariance[FOCAL, FOCAL] = focal, variance
+        watch.update(mean, covariance)
+        assert watch.suspect == suspect
+
+
+@pytest.mark.parametrize(
+    ('signs', 'late_rad', 'named'),
+    [((-1, -1), 0.0, True), ((-1, -1), 0.03, False), ((-1, 1, -1), 0.0, False)],
+)
+def test_a_joint_is_named_by_two_turns_that_contradict_it(
+    signs: tuple[int, ...], late_rad: float, *, named: bool
+) -> None:
+    watch, azimuth = FixWatch(), 0.0
+    for number, sign in enumerate((1, *signs)):
+        azimuth += 0.3 + 0.4 * sign
+        watch.add_fix(azimuth, _joints(0.3 * number, 0.4 * number), late_rad * number)
+    assert bool(watch.reason) == named

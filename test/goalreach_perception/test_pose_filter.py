@@ -11,7 +11,9 @@ from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.detection import Spots
 from goalreach_perception.image_delay import ImageMotion
+from goalreach_perception.landmark_tracking import MatchedLeds, correct_by
 from goalreach_perception.measurement_model import (
     DELAY,
     DRIFT,
@@ -377,6 +379,17 @@ def test_growth_of_considered_constants_is_undone() -> None:
         state.reset()
         state.start(START, np.diag([0.01, 0.01, 0.0025]))
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)
+
+
+def test_an_led_that_is_elsewhere_is_left_out_of_three_and_not_of_two() -> None:
+    state = started(sigma_m=1e-3, sigma_rad=1e-3)
+    prediction = state.predict_leds(LENS, JOINTS)
+    pixels_px = prediction.pixels_px + np.array([[0.0], [20.0], [0.0]])
+    found = MatchedLeds(ALL, Spots.unknown(3), pixels_px, 3)
+    assert correct_by(state, prediction, found.select([0, 1]), 3) is None
+    used = correct_by(state, prediction, found, 3)
+    assert used is not None
+    assert used.leds.tolist() == [0, 2]
 
 
 def of_mount(mount_m: tuple[float, float], delay_s: float | None = None) -> PoseFilter:

@@ -102,6 +102,26 @@ def test_probability_is_zero_if_not_finite() -> None:
     assert probability_in_rectangle((50.0, 0.0), np.eye(2), box) < 1e-9
 
 
+@pytest.mark.parametrize(
+    ('factor', 'heading_rad', 'age_s', 'confidence'),
+    [
+        (1.17, 0.0872, 0.5, Confidence.OK),
+        (1.18, 0.0872, 0.5, Confidence.UNCERTAIN),  # 2 in along the worst axis: 0.00258 m^2
+        (1.17, 0.0873, 0.5, Confidence.UNCERTAIN),
+        (1.17, 0.0872, 0.501, Confidence.STALE),
+    ],
+)
+def test_limits_of_confidence(
+    factor: float, heading_rad: float, age_s: float, confidence: Confidence
+) -> None:
+    # The larger variance is 0.0012 + hypot(0.0008, 0.0006) = 0.0022 m^2.
+    xx, xy, yy = factor * np.array([0.002, 0.0006, 0.0004])
+    covariance = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, heading_rad**2]])
+    pose = PoseEstimate(pose=Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0), covariance=covariance)
+    state = StateEstimator(StateEstimatorConfig()).estimate(pose, age_s=age_s)
+    assert state.confidence is confidence
+
+
 def test_regions_and_goal_are_those_of_the_arena() -> None:
     regions = RegionMap(x_knots_m=(0.0, 1.0, 1.2, 2.0, 2.4, 3.556), goal=(2, 1))
     assert StateEstimatorConfig.for_arena(Arena(regions=regions)).region_map() == regions

@@ -141,7 +141,7 @@ def test_spurious_light_is_rendered() -> None:
         image = render(4.0, noise=noise, seed=seed)
         assert image.max() > 30
         places.append(centroid(image))
-    assert len(set(places)) == 6
+    assert np.ptp(places, axis=0).min() > 100.0
 
 
 def test_same_seed_same_image() -> None:
