@@ -96,8 +96,17 @@ def test_spots_that_fit_no_pose_give_no_fix() -> None:
     assert solve(np.array([[100.0, 100.0], [110.0, 400.0], [500.0, 50.0]])) is None
 
 
-def test_a_pose_outside_the_walls_is_refused() -> None:
-    assert solve(view(1.778, 6.5, -math.pi / 2)) is None
+def test_a_pose_within_a_tenth_of_a_metre_of_the_walls_is_refused() -> None:
+    for x_m, y_m, inside in (
+        (0.11, 3.5, 1),
+        (0.09, 3.5, 0),
+        (3.45, 3.5, 1),
+        (3.47, 3.5, 0),
+        (1.6, 4.97, 1),
+        (1.6, 4.99, 0),
+    ):
+        azimuth = math.atan2(0.2 - y_m, 1.778 - x_m)
+        assert (solve(view(x_m, y_m, azimuth)) is not None) == bool(inside)
 
 
 def test_an_arrangement_with_the_same_image_from_two_poses_is_ambiguous() -> None:

@@ -56,11 +56,11 @@ def test_a_skipped_spot_far_outside_masks_nothing() -> None:
 
 
 def test_the_second_brightest_spot_if_the_brightest_is_skipped() -> None:
-    image = spot_image([(300.0, 200.0, 200.0), (320.0, 205.0, 90.0)])
-    first = DETECTOR.in_windows(image, [(310.0, 200.0)], [25])
-    second = DETECTOR.in_windows(image, [(310.0, 200.0)], [25], skip_px=first.pixels_px.tolist())
-    assert first.pixels_px[0] == pytest.approx([300.0, 200.0], abs=0.05)
-    assert second.pixels_px[0] == pytest.approx([320.0, 205.0], abs=0.05)
+    image = spot_image([(50.0, 50.0, 200.0), (70.0, 55.0, 90.0)])
+    first = DETECTOR.in_windows(image, [(50.0, 50.0)], [25])
+    second = DETECTOR.in_windows(image, [(50.0, 50.0)], [25], skip_px=first.pixels_px.tolist())
+    assert first.pixels_px[0] == pytest.approx([50.0, 50.0], abs=0.05)
+    assert second.pixels_px[0] == pytest.approx([70.0, 55.0], abs=0.05)
 
 
 @pytest.mark.parametrize('sigma_px', [0.35, 0.6, 1.8, 2.5, 6.0])

@@ -10,9 +10,12 @@ import pytest
 
 from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera, optical_rotation
-from goalreach_msgs_py.values import HeadAngles
+from goalreach_msgs_py.values import HeadAngles, Pose2
 from goalreach_perception.head_tracker import HeadConfig, HeadTracker
+from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.measurement_model import Lens, project
+from goalreach_perception.pose_filter import PoseFilter
+from tag_images import SIX_TAGS
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 REST = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
@@ -142,3 +145,36 @@ def test_commands_stay_within_the_ranges() -> None:
         )
         assert config.tilt_minimum_rad <= command.tilt_rad <= config.tilt_maximum_rad
         assert abs(command.pan_rad) <= config.pan_limit_rad
+
+
+def test_what_is_centred_may_grow_a_little_beyond_what_would_be_chosen() -> None:
+    tracker, centred = HeadTracker(HeadConfig()), []
+    for aside_m in (1.02, 1.06, 1.07, 1.03):  # to the margin 1.0663 m, of which 96 % are 1.0236 m
+        offsets = [[2.0, aside_m, 0.0], [2.0, 0.3, 0.0], [2.0, -aside_m, 0.0]]
+        centred.append(abs(tracker.centre_leds(offsets, LENS)[0]) < 1e-9)
+    assert centred == [True, True, False, False]
+
+
+def test_another_pair_must_be_wider_by_five_degrees() -> None:
+    tracker, middles = HeadTracker(HeadConfig()), []
+    for width_deg in (30.0, 27.0, 26.0):  # 58 degrees of all three do not fit
+        azimuths = np.radians([0.0, width_deg, 58.0])
+        offsets = [[3.0 * math.cos(a), 3.0 * math.sin(a), 0.0] for a in azimuths]
+        middles.append(math.degrees(tracker.centre_leds(offsets, LENS)[0]))
+    assert middles == pytest.approx([15.0, 13.5, 42.0])
+
+
+def test_a_turned_camera_is_aimed_at_the_middle_of_a_tag_that_is_held() -> None:
+    config, tags = LocalizerConfig(), SIX_TAGS[:2]
+    leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
+    state = PoseFilter(config.filter, config.noise, leds_m=leds_m, tags=tags, **known)  # type: ignore[arg-type]
+    state.start(Pose2(x_m=2.0, y_m=3.0, heading_rad=-1.5), np.eye(3))
+    read = HeadAngles(turret_rad=0.1, pan_rad=0.0, tilt_rad=0.05)
+    looks = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=0.15)
+    tracker = HeadTracker(HeadConfig(), tags=2)
+    command = tracker.follow(state, read, looks, LENS, held=[7, 8, 9, 10])
+    away_m = math.hypot(0.7, 3.0)  # of the second tag, at (2.7, 0, 1.2)
+    turn = math.atan2(-3.0, 0.7) + 1.5
+    assert command.turret_rad == pytest.approx(turn)
+    assert command.pan_rad == pytest.approx(turn - 0.1 - 0.2)
+    assert command.tilt_rad == pytest.approx(math.atan2(0.1, away_m) - 0.1)

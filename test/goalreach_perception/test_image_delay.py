@@ -75,6 +75,11 @@ def test_a_head_that_begins_to_turn_is_as_uncertain_as_its_path_is_bent() -> Non
     assert motion.turn_rad_per_s[0] == pytest.approx(0.5)  # 0.05 rad in the last 0.1 s
     assert motion.bend_rad[0] == pytest.approx(0.025)
     assert motion.head_sigmas_rad(0.001)[0] == pytest.approx(math.hypot(0.001, 0.025))
+    reader, known = ImageDelay(0.0), DelayEstimate(0.0, 0.0, 0.001)
+    reader.read(NS * 97 // 100, starting, known)
+    _, _, motion = reader.read(NS, starting, known)  # from one image to the next
+    assert motion is not None
+    assert (motion.turn_rad_per_s[0], motion.bend_rad[0]) == pytest.approx((1.0, 0.0))
 
 
 def test_the_derivative_by_the_delay_is_minus_the_rate_of_the_pixels() -> None:
@@ -103,7 +108,10 @@ def test_rates_below_the_noise_of_encoders_tell_nothing() -> None:
 
 
 def test_a_settled_delay_other_than_given_is_worth_a_line() -> None:
-    assert 'write camera_delay_s: 0.0604' in DelayEstimate(0.0, 0.0604, 0.0005).advice
+    line = DelayEstimate(0.01, 0.0604, 0.0005).advice
+    assert line.startswith('images are 60.4 +- 0.5 ms late, 10.0 ms were given')
+    assert line.endswith('write camera_delay_s: 0.0604')
+    assert DelayEstimate(0.06, 0.0584, 0.0005).advice
     assert not DelayEstimate(0.06, 0.0604, 0.0005).advice
     assert not DelayEstimate(0.0, 0.0604, 0.004).advice
 
@@ -166,3 +174,14 @@ def test_equal_stamps_have_no_delay() -> None:
     first = next(drive.drive_frames(arena.starts[0]))
     assert first.localization.delay is None
     assert 'camera_delay_s' not in first.localization.diagnostics
+
+
+def test_the_motion_between_two_samples_is_that_of_the_robot_in_the_map() -> None:
+    joints, odometry = moving(0)
+    moved = Pose2(x_m=1.6, y_m=2.2, heading_rad=0.75 * math.pi)
+    later = replace(joints, turret_rad=0.05), replace(odometry, pose=moved)
+    motion = ImageMotion.between(0.0, 0.5, (joints, odometry), later)
+    # 0.2 and 0.4 m/s along x and y of odom, where ahead is (-1, 1) / sqrt(2).
+    assert motion.velocity_m_per_s == pytest.approx((0.2 / math.sqrt(2), -0.6 / math.sqrt(2)))
+    rates = motion.pose_rates(moved.heading_rad)
+    assert rates == pytest.approx((0.2, 0.4, 0.5 * math.pi + 0.1))

@@ -12,6 +12,7 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.values import HeadAngles, Odometry, Pose2, Twist2
+from goalreach_perception.acquisition import Acquisition
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerOutput
@@ -213,6 +214,16 @@ def test_a_wrong_filter_restarts_from_single_images() -> None:
     assert outputs[-1].mode == 'tracking'
     assert position_error_m(Step(frame, outputs[-1])) < 3.0 * INCH_M
     assert outputs[-1].counters.lost + outputs[-1].counters.acquired >= 2
+
+
+def test_the_second_image_that_contradicts_the_filter_restarts_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    localizer, frame = started(), first_frame()
+    monkeypatch.setattr(Acquisition, 'distance2', lambda *_: 40.1)
+    for k in range(1, 26):  # a check is due once in 25 images, and after one that failed
+        counters = process(localizer, frame, time_ns=k * 40_000_000).counters
+        assert (counters.contradicted, counters.lost) == (int(k == 24) + 2 * (k == 25), k == 25)
 
 
 def test_a_pose_that_explains_its_image_is_published_whatever_was_seen_in_the_search() -> None:

@@ -15,6 +15,7 @@ from goalreach_perception.localizer_config import LocalizerConfig
 def test_the_default_is_the_default_arena() -> None:
     assert LocalizerConfig.for_arena(Arena(), NoiseModel()) == LocalizerConfig()
     assert LocalizerConfig().landmark_array_m.shape == (3, 3)
+    assert LocalizerConfig().mount == (0.0, 0.0, 1.1, 0.0, 0.0, 0.0)
     assert LocalizerConfig().landmark_array_m[1].tolist() == [1.778, 0.508, 1.8288]
 
 
@@ -44,3 +45,14 @@ def test_a_camera_that_looks_along_the_axis_of_its_head_is_refused() -> None:
         with pytest.raises(ConfigurationError, match='a pitch below 84 degrees'):
             LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, pitch_rad, 0.0))
     assert LocalizerConfig(camera_mount=(0.1, 0.0, 1.0, 0.0, math.pi, 0.0)).mount[0] == 0.1
+
+
+@pytest.mark.parametrize(
+    ('values', 'allowed'),
+    [({'camera_mount': (0.1, 0.0, 1.0, 0.0, 0.0)}, 'six numbers'), ({'leds': False}, 'no tags')],
+)
+def test_half_a_mount_and_an_arena_without_landmarks_are_refused(
+    values: dict[str, object], allowed: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=allowed):
+        build_config(LocalizerConfig, values)

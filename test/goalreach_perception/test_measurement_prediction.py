@@ -22,7 +22,12 @@ from goalreach_perception.measurement_model import (
     project,
     state_jacobian,
 )
-from goalreach_perception.measurement_prediction import offsets_from, predict_leds
+from goalreach_perception.measurement_prediction import (
+    equivalent_gate,
+    offsets_from,
+    predict_leds,
+    second_order_variances_px2,
+)
 
 LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 LEDS_M = ArenaConfig().landmark_array_m
@@ -118,3 +123,16 @@ def test_only_heading_and_scale_are_linearized_at_the_first_estimates() -> None:
         # Nor does a change of size of all of it: the offset grows, and the odometry's scale too.
         grown = rows[:, column : column + 3] @ first[led] + rows[:, SCALE]
         assert grown == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_what_linearization_neglects() -> None:
+    # 500 px * 0.0016 m^2 / (2 * 2 m * 2 m) = 0.1 px; 0.5 px of the encoders * sqrt(0.002) m / 2 m.
+    found = second_order_variances_px2([2.0, 1.0], 500.0, (0.0016, 0.0004), encoder_sigma_rad=1e-3)
+    assert found == pytest.approx([0.010125, 0.010125, 0.1605, 0.1605])
+
+
+def test_a_gate_of_more_numbers_is_exceeded_as_rarely() -> None:
+    # Exceeded with p = 0.01 (tables of chi-square).
+    assert equivalent_gate(11.345, 3, 6) == pytest.approx(16.812, rel=0.002)
+    assert equivalent_gate(16.812, 6, 12) == pytest.approx(26.217, rel=0.002)
+    assert equivalent_gate(11.345, 3, 3) == equivalent_gate(11.345, 3, 2) == 11.345

@@ -13,7 +13,8 @@ from goalreach_perception.misfit import ConstantsWatch, FixWatch, InnovationWatc
 def test_consistent_innovations_let_nothing_grow() -> None:
     watch = InnovationWatch()
     assert [watch.add(6.0, 6) for _ in range(200)] == [1.0] * 200
-    assert watch.add(1e6, 6) == 1.0  # one outlier: it counts as 36
+    assert watch.add(1e6, 6) == 1.0  # one outlier: it counts as 36, beside 150 degrees of freedom
+    assert watch.add(1e6, 6) == pytest.approx((180.0 * 0.96 + 36.0) / 150.0, rel=1e-3)
 
 
 def test_innovations_beyond_their_covariance_let_it_grow_by_their_average() -> None:
@@ -45,7 +46,10 @@ def test_lights_that_no_pose_explains_are_reported_until_one_does() -> None:
     watch.add_unsolved(4)
     assert 'landmarks_m' in watch.reason
     watch.add_fix(1.0, _joints(0.0, 0.0))
-    assert not watch.reason
+    for _ in range(100):
+        assert not watch.reason
+        watch.add_unsolved(2)
+    assert watch.reason
 
 
 def test_a_search_that_sees_no_two_leds_is_reported_but_refuses_no_pose() -> None:
@@ -83,6 +87,7 @@ def test_a_landmark_is_suspected_before_other_constants() -> None:
     mean[FOCAL] = 4.1
     watch.update(mean, covariance)
     assert watch.suspect == FOCAL
+    mean[:3] = 9.0  # a pose is no constant
     mean[LEDS] = 3.6
     watch.update(mean, covariance)
     assert watch.suspect == LEDS
@@ -114,3 +119,25 @@ def test_a_suspect_is_cleared_by_evidence_not_by_forgetting() -> None:
     mean[LEDS + 1], covariance[LEDS + 1, LEDS + 1] = 2.0, 0.8
     watch.update(mean, covariance)
     assert watch.suspect == 0
+
+
+def test_another_constant_is_cleared_by_evidence_too() -> None:
+    watch, mean, covariance = _watched(9)
+    for focal, variance, suspect in ((5.0, 0.8, FOCAL), (0.0, 1.0, FOCAL), (0.0, 0.8, 0)):
+        mean[FOCAL], covariance[FOCAL, FOCAL] = focal, variance
+        watch.update(mean, covariance)
+        assert watch.suspect == suspect
+
+
+@pytest.mark.parametrize(
+    ('signs', 'late_rad', 'named'),
+    [((-1, -1), 0.0, True), ((-1, -1), 0.03, False), ((-1, 1, -1), 0.0, False)],
+)
+def test_a_joint_is_named_by_two_turns_that_contradict_it(
+    signs: tuple[int, ...], late_rad: float, *, named: bool
+) -> None:
+    watch, azimuth = FixWatch(), 0.0
+    for number, sign in enumerate((1, *signs)):
+        azimuth += 0.3 + 0.4 * sign
+        watch.add_fix(azimuth, _joints(0.3 * number, 0.4 * number), late_rad * number)
+    assert bool(watch.reason) == named

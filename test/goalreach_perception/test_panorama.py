@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -7,10 +8,16 @@ import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, Pose2
-from goalreach_perception.acquisition import Panorama
-from goalreach_perception.measurement_model import Lens
+from goalreach_perception.acquisition import Acquisition, Panorama
+from goalreach_perception.association import Fix
+from goalreach_perception.detection import Spots
+from goalreach_perception.landmark_tracking import MatchedLeds
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.measurement_model import PAN_BIAS, CameraMount, Lens, Optics
+from goalreach_perception.pose_filter import PoseFilter
 
-LENS = Lens.of_camera(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
+CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
+LENS = Lens.of_camera(CAMERA)
 HERE = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.5)
 CENTRE = np.array([[319.5, 239.5]])
 
@@ -66,7 +73,10 @@ def test_one_spot_at_two_angles_of_the_head_is_one() -> None:
     # Turned 0.1 rad to the left, the light is 0.1 rad to the right of the (tilted) axis:
     # tan(0.1) cos(0.3) f = 53.1 px and a little lower, well within half a degree.
     add(panorama, 0.1, du_px=53.1)
-    assert len(panorama.frequent_spots(5).turns_rad) == 1
+    found = panorama.frequent_spots(5)
+    assert found.turns_rad == pytest.approx([0.8])
+    # There 1 mrad of the encoders is 1 + (53.1 / 554)^2 times as much as at the centre.
+    assert found.sigmas_px == pytest.approx([math.hypot(0.1, 0.5543 * 1.00918)], abs=1e-3)
 
 
 def test_driving_discards_the_panorama_and_steering_does_not() -> None:
@@ -87,3 +97,36 @@ def test_the_most_frequent_spots_come_first_up_to_a_count() -> None:
     assert panorama.frequent_spots(2).turns_rad == pytest.approx([1.2, 1.7])
     panorama.clear()
     assert len(panorama.frequent_spots(2).turns_rad) == 0
+
+
+def test_the_distance_of_the_filter_from_a_pose() -> None:
+    config, none = LocalizerConfig(), np.empty(0, np.intp)
+    noise, leds_m = config.noise, config.landmark_array_m
+    state = PoseFilter(config.filter, noise, leds_m=leds_m, camera_height_m=1.1, calibrate=True)
+    state.start(Pose2(x_m=1.0, y_m=2.0, heading_rad=3.0), np.diag([0.04, 0.01, 0.0004]))
+    fix = Fix(1.2, 1.9, 3.35 - math.tau, 0.0, np.diag([25.0, 50.0, 1e4]), none, none)
+    joints = HeadAngles(turret_rad=0.2, pan_rad=0.1, tilt_rad=0.3)
+    angle2 = 0.0004 + 1e-4 + noise.pan_tilt_bias_rad**2 + noise.pan_tilt_noise_rad**2
+    expected = 0.2**2 / (0.04 + 0.04) + 0.1**2 / (0.01 + 0.02) + 0.05**2 / angle2
+    assert Acquisition(config, state).distance2(fix, joints) == pytest.approx(expected)
+
+
+def test_leds_that_are_never_in_one_image_tell_the_pose() -> None:
+    config, none = LocalizerConfig(), np.empty(0, np.intp)
+    leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
+    state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
+    state.mean[PAN_BIAS] = 0.01
+    acquisition, camera = Acquisition(config, state), CameraMount(config.mount)
+    odometry = Pose2(x_m=5.0, y_m=6.0, heading_rad=0.4)
+    for image in range(9):
+        led_m = leds_m[[image % 3]]
+        pan_rad = math.atan2(led_m[0, 1] - 2.0, led_m[0, 0] - 1.0) - 0.5
+        joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
+        true = replace(joints, pan_rad=pan_rad + 0.01)
+        pixels_px = CAMERA.project(camera.points_in_camera(led_m, HERE, true))
+        spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=np.array([0.05]))
+        found = MatchedLeds(none, spots, pixels_px, 0)
+        pose = acquisition.from_panorama(found, joints, odometry, Optics(CAMERA))
+        assert (pose is None) == (image < 7)  # two are in three images
+    assert pose is not None
+    assert vars(pose[0]) == pytest.approx(vars(HERE))

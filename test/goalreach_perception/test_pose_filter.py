@@ -11,7 +11,11 @@ from goalreach_msgs_py.arena import ArenaConfig
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.detection import Spots
+from goalreach_perception.image_delay import ImageMotion
+from goalreach_perception.landmark_tracking import MatchedLeds, correct_by
 from goalreach_perception.measurement_model import (
+    DELAY,
     DRIFT,
     HEIGHT,
     LEDS,
@@ -359,6 +363,9 @@ def test_a_height_that_does_not_fit_makes_the_position_less_certain() -> None:
     state.fade(1.0)
     assert 'camera_height_m first' in state.misfit
     assert state.pose_covariance[0, 0] == pytest.approx(sure[0, 0] + 0.03**2)
+    state.mean[SLIP] = 6.0 * FilterConfig().slip_sigma_s
+    state.fade(1.0)
+    assert 'wheel slip first' in state.misfit
 
 
 def test_growth_of_considered_constants_is_undone() -> None:
@@ -372,3 +379,44 @@ def test_growth_of_considered_constants_is_undone() -> None:
         state.reset()
         state.start(START, np.diag([0.01, 0.01, 0.0025]))
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)
+
+
+def test_an_led_that_is_elsewhere_is_left_out_of_three_and_not_of_two() -> None:
+    state = started(sigma_m=1e-3, sigma_rad=1e-3)
+    prediction = state.predict_leds(LENS, JOINTS)
+    pixels_px = prediction.pixels_px + np.array([[0.0], [20.0], [0.0]])
+    found = MatchedLeds(ALL, Spots.unknown(3), pixels_px, 3)
+    assert correct_by(state, prediction, found.select([0, 1]), 3) is None
+    used = correct_by(state, prediction, found, 3)
+    assert used is not None
+    assert used.leds.tolist() == [0, 2]
+
+
+def of_mount(mount_m: tuple[float, float], delay_s: float | None = None) -> PoseFilter:
+    leds_m, options = ArenaConfig().landmark_array_m, {'calibrate': True, 'camera_height_m': 1.1}
+    known = {'leds_m': leds_m, 'mount_m': mount_m, 'delay_s': delay_s}
+    return PoseFilter(FilterConfig(), NoiseModel(), **known, **options)  # type: ignore[arg-type]
+
+
+def test_what_is_learnt_of_the_mount_adds_to_what_was_given() -> None:
+    given, learnt = of_mount((0.12, 0.05)), of_mount((0.1, 0.02))
+    learnt.mean[MOUNT:SLIP] = 0.02, 0.03
+    for state in (given, learnt):
+        state.start(START, np.eye(3))
+    assert learnt.mount_m == pytest.approx((0.12, 0.05))
+    assert seen_from(learnt) == pytest.approx(seen_from(given))
+
+
+def test_a_delay_of_images_is_kept_when_all_else_is_forgotten() -> None:
+    state = of_mount((0.0, 0.0), delay_s=0.02)
+    state.motion = ImageMotion(0.02, turn_rad_per_s=(-0.5, 0.0))
+    assert state.delay == pytest.approx((0.02, 0.02, 0.075))
+    assert state.late_rad == pytest.approx(-0.5 * 0.075)
+    rest = np.delete(np.delete(state.covariance, DELAY, axis=0), DELAY, axis=1)
+    assert np.array_equal(state.surveyed_covariance, rest)
+    state.fade(2.0)
+    assert state.covariance[DELAY, DELAY] == pytest.approx(0.075**2 + 0.0005**2 * 2.0, rel=1e-9)
+    state.mean[[DELAY, PAN_BIAS]], state.covariance[DELAY, DELAY] = 0.06, 1e-6
+    state.forget_all_but_delay()
+    assert state.delay == pytest.approx((0.02, 0.06, 0.001))
+    assert state.mean[PAN_BIAS] == 0.0

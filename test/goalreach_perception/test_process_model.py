@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from goalreach_msgs_py.values import Pose2
+from goalreach_msgs_py.values import FloatArray, Pose2
+from goalreach_perception.measurement_model import DRIFT, HEADING, SCALE, SLIP
 from goalreach_perception.process_model import FadingMemory, OdometryConfig, OdometryModel
 
 MEMORY = FadingMemory(
@@ -47,3 +48,26 @@ def test_a_turn_may_be_divided() -> None:
             model.propagate_mean(mean, before, after)
         ends.append(mean[:3].copy())
     assert ends[0] == pytest.approx(ends[1], abs=2e-3)
+
+
+def _in_a_bend(state: int, value: float) -> tuple[FloatArray, FloatArray]:
+    """Return the pose after half a second of a bend, and its derivative by a state."""
+    model, mean, prior = OdometryModel(21), np.zeros(21), np.zeros((21, 21))
+    mean[:3], prior[state, state] = (1.0, 2.0, 0.5), 1.0
+    mean[state] += value
+    model.restart(1.0, 2.0)
+    before = Pose2(x_m=0.3, y_m=0.1, heading_rad=0.2)
+    model.propagate_mean(mean, before, Pose2(x_m=0.5, y_m=0.2, heading_rad=0.6), 0.5)
+    return mean[:3], model.propagate_covariance(prior)[:3, state]
+
+
+@pytest.mark.parametrize('state', [HEADING, SCALE, DRIFT, SLIP])
+def test_derivatives_of_the_motion(state: int) -> None:
+    cosine, sine = math.cos(0.3), math.sin(0.3)  # from odom to map
+    pose, derivative = _in_a_bend(state, 0.0)
+    east, north = 0.2 * cosine - 0.1 * sine, 0.2 * sine + 0.1 * cosine
+    assert pose == pytest.approx([1.0 + east, 2.0 + north, 0.9])
+    numeric = (_in_a_bend(state, 1e-6)[0] - _in_a_bend(state, -1e-6)[0]) / 2e-6
+    assert derivative == pytest.approx(numeric, abs=1e-6)
+    if state == SLIP:  # outwards, by the speed times the turn of 0.8 rad/s
+        assert derivative == pytest.approx([0.8 * north, -0.8 * east, 0.0])

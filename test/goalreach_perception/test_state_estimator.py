@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.angles import inches
+from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.values import Confidence, FloatArray, Pose2, PoseEstimate, RegionState
 from goalreach_perception.localizer_output import uniform_estimate
 from goalreach_perception.state_estimator import (
@@ -17,7 +19,6 @@ from goalreach_perception.state_estimator import (
 )
 
 SMALL = np.diag([1e-4, 1e-4, 1e-4])
-FAR_AWAY = (0.0, 0.0, 100.0, 100.0)
 
 
 def state_at(x_in: float, y_in: float, covariance: FloatArray = SMALL) -> RegionState:
@@ -79,15 +80,19 @@ def test_a_bad_configuration_is_refused_by_name(change: dict[str, Any], field: s
 def test_probability_of_a_quadrant(correlation: float, expected: float) -> None:
     # Sheppard's formula: 1/4 + asin(rho) / (2 pi).
     covariance = np.array([[1.0, 2.0 * correlation], [2.0 * correlation, 4.0]])
-    assert probability_in_rectangle((0.0, 0.0), covariance, FAR_AWAY) == pytest.approx(
-        expected, abs=1e-5
-    )
+    found = probability_in_rectangle((3.0, -2.0), covariance, (3.0, -2.0, 103.0, 98.0))
+    assert found == pytest.approx(expected, abs=1e-5)
 
 
 def test_probability_within_one_sigma_of_both_axes() -> None:
     # 0.682689492 squared.
     box = (-1.0, -1.0, 1.0, 1.0)
     assert probability_in_rectangle((0.0, 0.0), np.eye(2), box) == pytest.approx(0.46606, abs=1e-5)
+    assert probability_in_rectangle((0.0, 0.0), np.ones((2, 2)), box) == pytest.approx(0.682689)
+    assert probability_in_rectangle((0.5, 0.5), np.zeros((2, 2)), box) == 1.0
+    # From -0.5 to 2 sigma along x, 0.668712, and from -1 to 0.5 sigma along y, 0.532807.
+    uneven = probability_in_rectangle((1.0, 2.0), np.diag([4.0, 16.0]), (0.0, -2.0, 5.0, 4.0))
+    assert uneven == pytest.approx(0.356295, abs=1e-6)
 
 
 def test_probability_is_zero_if_not_finite() -> None:
@@ -95,3 +100,28 @@ def test_probability_is_zero_if_not_finite() -> None:
     assert probability_in_rectangle((math.nan, 0.0), np.eye(2), box) == 0.0
     assert probability_in_rectangle((0.0, 0.0), np.full((2, 2), np.nan), box) == 0.0
     assert probability_in_rectangle((50.0, 0.0), np.eye(2), box) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ('factor', 'heading_rad', 'age_s', 'confidence'),
+    [
+        (1.17, 0.0872, 0.5, Confidence.OK),
+        (1.18, 0.0872, 0.5, Confidence.UNCERTAIN),  # 2 in along the worst axis: 0.00258 m^2
+        (1.17, 0.0873, 0.5, Confidence.UNCERTAIN),
+        (1.17, 0.0872, 0.501, Confidence.STALE),
+    ],
+)
+def test_limits_of_confidence(
+    factor: float, heading_rad: float, age_s: float, confidence: Confidence
+) -> None:
+    # The larger variance is 0.0012 + hypot(0.0008, 0.0006) = 0.0022 m^2.
+    xx, xy, yy = factor * np.array([0.002, 0.0006, 0.0004])
+    covariance = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, heading_rad**2]])
+    pose = PoseEstimate(pose=Pose2(x_m=1.0, y_m=1.0, heading_rad=0.0), covariance=covariance)
+    state = StateEstimator(StateEstimatorConfig()).estimate(pose, age_s=age_s)
+    assert state.confidence is confidence
+
+
+def test_regions_and_goal_are_those_of_the_arena() -> None:
+    regions = RegionMap(x_knots_m=(0.0, 1.0, 1.2, 2.0, 2.4, 3.556), goal=(2, 1))
+    assert StateEstimatorConfig.for_arena(Arena(regions=regions)).region_map() == regions

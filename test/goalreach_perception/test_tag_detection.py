@@ -15,6 +15,7 @@ from goalreach_msgs_py.noise import noise_preset
 from goalreach_msgs_py.tags import Tag, tags_to_flat
 from goalreach_msgs_py.values import FloatArray, HeadAngles, Odometry, Pose2, Twist2
 from goalreach_perception.association import AssociationConfig, Fix, identify_labelled
+from goalreach_perception.detection import Spots
 from goalreach_perception.landmark_tracking import MatchedLeds, correct_by
 from goalreach_perception.localizer import LandmarkLocalizer
 from goalreach_perception.localizer_config import LocalizerConfig
@@ -22,7 +23,7 @@ from goalreach_perception.measurement_model import LEDS, Lens, Optics
 from goalreach_perception.one_image_pose import ImageGeometry
 from goalreach_perception.pose_filter import PoseFilter
 from goalreach_perception.process_model import FilterConfig
-from goalreach_perception.tag_detection import TagDetector
+from goalreach_perception.tag_detection import TagDetector, outside
 from tag_images import CAMERA, EYE_M, SIX_TAGS, in_camera, tag_image
 
 ARENA_M = (3.556, 5.08)
@@ -247,3 +248,11 @@ def test_a_tag_elsewhere_than_the_arena_says_loses_no_pose_silently() -> None:
         for index in range(8)
     }
     assert modes == {'searching'}
+
+
+def test_spots_in_the_circle_around_a_tag_are_parts_of_it() -> None:
+    quad_px = np.array([[80.0, 80.0], [120.0, 80.0], [120.0, 120.0], [80.0, 120.0]])
+    tag = MatchedLeds(np.arange(4), Spots.unknown(4)._replace(pixels_px=quad_px), quad_px, 4)
+    spots = Spots.unknown(3)._replace(pixels_px=np.array([[135.0, 100], [136.0, 100], [100, 64]]))
+    # 1.25 times half the diagonal of 56.6 px.
+    assert outside(spots, tag).pixels_px.tolist() == [[136.0, 100.0], [100.0, 64.0]]

@@ -1,5 +1,6 @@
 """Faults switched on at run time."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -100,3 +101,12 @@ def test_a_reset_defines_where_frozen_encoders_count_from(simulator: Simulator) 
     simulator.command_drive(Twist2(linear_m_per_s=0.5, steering_rad_per_s=0.0))
     simulator.advance()
     assert simulator.sense().odometry.pose == start
+
+
+def test_a_robot_is_carried_again_once_that_fault_was_cleared(simulator: Simulator) -> None:
+    there, none = SimulatedFaults(carry_to=(1.0, 3.0, 0.5)), SimulatedFaults()
+    still = replace(there, stuck_bumper=3)
+    for faults, y_m in ((there, 3.0), (still, 4.0), (none, 4.0), (there, 3.0)):
+        simulator.robot.y_m = 4.0
+        simulator.faults = faults
+        assert simulator.robot.y_m == y_m

@@ -214,6 +214,17 @@ def test_head_moves_without_a_drive_command() -> None:
     assert simulator.sense().joints.turret_rad == pytest.approx(1.0, abs=1e-12)
 
 
+def test_the_camera_moves_with_the_robot() -> None:
+    simulator = make_simulator()
+    simulator.reset(Pose2(x_m=1.778, y_m=3.0, heading_rad=-2.0))
+    simulator.command_drive(twist(0.4, 0.0))
+    for _ in range(5):
+        simulator.advance()
+    moves = simulator._camera_pose(head(1.0)).velocity_m_per_s
+    # After 0.2 s at 0.762 m/s^2.
+    assert moves == pytest.approx([0.1524 * math.cos(2.0), -0.1524 * math.sin(2.0), 0.0])
+
+
 def test_bump_is_sensed() -> None:
     simulator = make_simulator()
     simulator.reset(Pose2(x_m=1.778, y_m=0.3, heading_rad=-math.pi / 2))

@@ -16,6 +16,8 @@ def test_for_arena_takes_over_the_arena() -> None:
     assert (config.arena_width_m, config.arena_length_m) == (arena.width_m, arena.length_m)
     assert config.start == arena.starts[0]
     assert config.noise.read_noise_dn == 3.0
+    nowhere = SimulatorConfig.for_arena(Arena(starts=()), noise_preset('none')).start_pose
+    assert nowhere == pytest.approx((1.778, 2.54, -math.pi / 2))
 
 
 def test_calibrated_camera_has_the_nominal_field_of_view() -> None:
