@@ -94,6 +94,25 @@ def test_missing_message_is_found(bags: Bags) -> None:
     assert compared(bags[0], bags[1][:9]) == 'message 9: only in the first'
 
 
+def test_further_message_is_found(bags: Bags) -> None:
+    further = [*bags[1], ('/text', 20_000_000, text_message('new'))]
+
+    assert compared(bags[0], further) == 'message 10: only in the second'
+
+
+def test_what_differs_comes_first_the_earliest_on_top(tmp_path: Path) -> None:
+    topics = [string_topic(name) for name in ('/a', '/b', '/c')]
+    for bag, texts_of in (('1', 'abcxyz'), ('2', 'abXxYz')):
+        at = zip(('/a', '/b', '/c', '/a', '/b', '/c'), range(1, 7), texts_of, strict=True)
+        messages = [(name, 10 * k, text_message(text)) for name, k, text in at]
+        write_bag(tmp_path / bag, messages, topics=topics)
+    with BagReader(tmp_path / '1') as first, BagReader(tmp_path / '2') as second:
+        comparisons = compare_bags(first, second, lambda _: True)
+
+    found = [(one.topic, one.same, one.time_ns) for one in comparisons]
+    assert found == [('/c', False, 30), ('/b', False, 50), ('/a', True, None)]
+
+
 def test_changed_field_is_named(bags: Bags) -> None:
     changed = [*bags[1][:4], ('/text', bags[1][4][1], text_message('new')), *bags[1][5:]]
 

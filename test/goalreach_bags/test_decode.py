@@ -44,6 +44,9 @@ def test_bytes_between_fields_are_erased() -> None:
     dirty[gap] = 0xAB
 
     assert erase_padding('geometry_msgs/msg/PointStamped', bytes(dirty)) == clean
+    tail = clean + b'\xab\xab\xab'
+    assert erase_padding('geometry_msgs/msg/PointStamped', tail) == clean + bytes(3)
+    assert erase_padding('geometry_msgs/msg/PointStamped', tail + b'\xab') == tail + b'\xab'
     assert erase_padding('geometry_msgs/msg/PointStamped', b'junk') == b'junk'
     assert erase_padding('my_msgs/msg/Own', bytes(dirty)) == bytes(dirty)
 

@@ -14,6 +14,7 @@ from goalreach_msgs_py.errors import ConfigurationError
         (TopicSelection(names=('/_hidden',)), {'/_hidden'}),
         (TopicSelection(patterns=('^/camera/',)), {'/camera/image_raw'}),
         (TopicSelection(exclude=('camera',)), {'/odom'}),
+        (TopicSelection(excluded_names=('odom',)), {'/camera/image_raw'}),
         (TopicSelection(names=('/odom',), patterns=('image',)), {'/odom', '/camera/image_raw'}),
     ],
 )

@@ -20,8 +20,8 @@ import pytest
 
 from goalreach_bags.reader import BagReader
 from goalreach_bags.repair import repair_bag
-from goalreach_bags.sqlite_file import journals_of
-from goalreach_bags.storage import BagError, storage_files
+from goalreach_bags.sqlite_file import SqliteScan, journals_of
+from goalreach_bags.storage import BagError, FileSpan, storage_files
 from small_bags import texts, write_bag
 
 WRITER = """
@@ -260,3 +260,11 @@ def test_what_a_killed_recorder_left_in_a_write_ahead_log_is_kept(tmp_path: Path
     assert not any(journal.exists() for journal in journals_of(repaired))
     with closing(sqlite3.connect(repaired.with_name(f'{repaired.name}.damaged'))) as damaged:
         assert damaged.execute('SELECT COUNT(*) FROM messages').fetchone() == (50,)
+
+
+def test_of_many_problems_three_are_shown() -> None:
+    for problems, damage in (('abc', 'a; b; c'), ('abcde', 'a; b; c; 2 more'), ('', '')):
+        scan = SqliteScan(
+            path=Path('bag'), span=FileSpan(name='bag'), problems=dict.fromkeys(problems)
+        )
+        assert scan.damage == damage

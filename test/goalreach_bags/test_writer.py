@@ -141,21 +141,27 @@ def test_what_is_a_second_old_is_flushed(tmp_path: Path) -> None:
     writer.write('/text', 1, text_message('a'))
     writer.flush_if_due()
     before = path.stat().st_size
+    assert writer.size == before + len(text_message('a'))
     now_s = 1.0
     writer.flush_if_due()
 
-    assert path.stat().st_size > before + 100
+    assert writer.size == path.stat().st_size > before + 100
+    size = writer.size
+    assert writer.close().total.message_count == 1
+    assert writer.size == path.stat().st_size > size
 
 
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
 def test_full_disk_closes_a_bag_that_is_whole(
     tmp_path: Path, storage: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    written = 0
+    written, data_bytes = 0, 8 * len(texts(1, BIG)[0][2])  # 768 KiB are exceeded by the eighth
 
     def require_free_space(path: Path, needed: int) -> None:
         nonlocal written
         written += 1
+        estimate = needed - 2 * data_bytes
+        assert estimate == 0 if storage == 'sqlite3' else 1024 <= estimate < 8192
         if written == 3:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path), needed)
 

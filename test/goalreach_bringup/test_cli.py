@@ -31,7 +31,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
         (['run', '--paths', '-1'], '--paths = -1: must be a whole number >= 0'),
         (['run', '--seed', '-1'], '--seed = -1'),
         (['run', '--start', 'here'], "--start = 'here'"),
-        (['run', '--policy', 'missing.json'], 'missing.json: cannot be read'),
+        (['run', '--seed', '0', '--policy', 'missing.json'], 'missing.json: cannot be read'),
         (['run', '--learn', '--policy', 'paper'], "--policy = 'paper': must be a file to learn"),
         (['run', '--params-file', 'missing.yaml'], 'missing.yaml: cannot be read'),
         (['run', '--summary', '/missing/out.json'], '/missing/out.json: cannot be written'),
@@ -39,7 +39,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
         (['evaluate', '--starts', 'random:0'], "starts = 'random:0'"),
         (['evaluate', '--noise', 'loud'], 'loud: is no preset'),
         (['evaluate', '--jobs', '0'], '--jobs = 0'),
-        (['evaluate', '--policy', 'missing.json'], 'missing.json: cannot be read'),
+        (['evaluate', '--jobs', '1', '--policy', 'missing.json'], 'missing.json: cannot be read'),
     ],
 )
 def test_a_mistake_is_one_line_and_a_status(

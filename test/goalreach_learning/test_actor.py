@@ -14,7 +14,7 @@ from goalreach_msgs_py.values import Confidence, Pose2, Region, RegionState
 
 PolicyMaker = Callable[[dict[Region, int]], Policy]
 REGIONS = RegionMap()
-X1, X2, Y1 = 1.1811, 2.3749, 1.6891
+X1, X2, Y1, Y2 = 1.1811, 2.3749, 1.6891, 3.3909
 
 
 def state_at(x_m: float, y_m: float) -> RegionState:
@@ -41,21 +41,25 @@ def chosen(option: Option | None) -> tuple[Region, int] | None:
 
 
 @pytest.mark.parametrize(
-    ('x_m', 'y_m', 'expected'),
+    ('begun', 'x_m', 'y_m', 'expected'),
     [
-        (X1 + 0.03, 3.0, None),  # three centimetres past the border: it may be jitter
-        (X1 + 0.05, 3.0, (1, 1)),
-        (X1 - 0.3, 3.0, None),
-        (X1 - 0.3, Y1 - 0.03, None),
-        (X1 - 0.3, Y1 - 0.05, (0, 0)),
-        (X1 + 0.03, Y1 - 0.05, (1, 0)),
+        ((0, 1), X1 + 0.03, 3.0, None),  # three centimetres past the border: it may be jitter
+        ((0, 1), X1 + 0.05, 3.0, (1, 1)),
+        ((0, 1), X1 - 0.3, 3.0, None),
+        ((0, 1), X1 - 0.3, Y1 - 0.03, None),
+        ((0, 1), X1 - 0.3, Y1 - 0.05, (0, 0)),
+        ((0, 1), X1 + 0.03, Y1 - 0.05, (1, 0)),
+        ((1, 1), X1 - 0.03, 3.0, None),
+        ((1, 1), X1 - 0.05, 3.0, (0, 1)),
+        ((1, 1), 1.8, Y2 + 0.03, None),
+        ((1, 1), 1.8, Y2 + 0.05, (1, 2)),
     ],
 )
 def test_a_region_counts_as_left_past_the_margin(
-    x_m: float, y_m: float, expected: Region | None
+    begun: Region, x_m: float, y_m: float, expected: Region | None
 ) -> None:
     driver = actor(Policy.unlearned(RegionMap(goal=(2, 2))), region_margin_m=0.04)
-    assert driver.region_after(option((0, 1), 0), state_at(x_m, y_m)) == expected
+    assert driver.region_after(option(begun, 0), state_at(x_m, y_m)) == expected
 
 
 def test_an_option_ends_where_its_region_is_left(make_policy: PolicyMaker) -> None:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -5,6 +6,7 @@ import pytest
 
 from goalreach_learning.avoidance import Avoid, Escape, Patience
 from goalreach_learning.behaviors import (
+    BehaviorStack,
     Proposal,
     Senses,
     Surroundings,
@@ -16,9 +18,10 @@ from goalreach_learning.controller import ControlStep, GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.local_map import LocalMap
 from goalreach_learning.policy_file import read_policy
+from goalreach_learning.steering import HeadingFollower
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.values import Confidence, Pose2, RegionState, Scan
+from goalreach_msgs_py.values import Confidence, Pose2, RegionState, Scan, Twist2
 
 REGIONS = RegionMap()
 ALL = 'first(escape, blend(avoid, patience, goal))'
@@ -50,20 +53,24 @@ def gap_m(local: LocalMap, x_m: float, y_m: float) -> float:
     return float(local.obstacles_m[local.cells(at(x_m, y_m))])
 
 
-def step(
-    controller: GoalReachingController, tick: int, pose: Pose2, around: Surroundings
-) -> ControlStep:
+def state_at(pose: Pose2, confidence: Confidence = Confidence.OK) -> RegionState:
     mu_x, mu_y = REGIONS.memberships_at(pose.x_m, pose.y_m)
-    state = RegionState(
+    return RegionState(
         region=REGIONS.region_at(pose.x_m, pose.y_m),
         mu_x=mu_x,
         mu_y=mu_y,
         pose=pose,
         goal_probability=0.0,
-        confidence=Confidence.OK,
+        confidence=confidence,
     )
+
+
+def step(
+    controller: GoalReachingController, tick: int, pose: Pose2, around: Surroundings
+) -> ControlStep:
+    bumped = any(around.pressed)
     return controller.step(
-        time_ns=tick * 40_000_000, state=state, bumped=any(around.pressed), around=around
+        time_ns=tick * 40_000_000, state=state_at(pose), bumped=bumped, around=around
     )
 
 
@@ -101,7 +108,11 @@ def test_one_proposal_is_heard_as_it_is() -> None:
 
 
 def turn_left(senses: Senses) -> Proposal:
-    return Proposal(heading_rad=senses.pose.heading_rad + 0.5)
+    return Proposal(heading_rad=senses.pose.heading_rad + 0.5, weight=3.0)
+
+
+def slow(_senses: Senses) -> Proposal:
+    return Proposal(limit_m_per_s=0.1)
 
 
 def nothing(_senses: Senses) -> None:
@@ -111,7 +122,7 @@ def nothing(_senses: Senses) -> None:
 def test_who_proposed_and_who_was_heard() -> None:
     ask = read_behaviors(f'first({__name__}:nothing, 2*{__name__}:turn_left, blend(avoid, goal))')
     heard, opinions = ask(senses())
-    assert heard == Proposal(heading_rad=DOWN + 0.5, weight=2.0)
+    assert heard == Proposal(heading_rad=DOWN + 0.5, weight=6.0)
     found = [(one.name.rpartition(':')[2], one.heard) for one in opinions]
     assert found == [('nothing', False), ('turn_left', True), ('avoid', False), ('goal', False)]
 
@@ -134,6 +145,16 @@ def test_without_obstacles_the_others_change_no_bit() -> None:
         heard = scan_of({k: m * (1 + 0.01 * rng.standard_normal()) for k, m in walls.items()})
         around = Surroundings(scan=heard, odometry=pose, pressed=(False,) * 20)
         assert step(alone, tick, pose, around) == step(among, tick, pose, around)
+
+
+def test_what_is_heard_is_followed() -> None:
+    controller = make_controller(f'{__name__}:turn_left', at(1.8, 3.9))
+    found = step(controller, 0, at(1.8, 3.9), Surroundings())
+    assert found.heading_rad == pytest.approx(DOWN + 0.5)
+    stack = BehaviorStack(ControllerConfig(behaviors=f'{__name__}:slow'), REGIONS)
+    stack.sense(0, state_at(at(1.8, 3.9)), Surroundings(), standing=False)
+    given = Twist2(linear_m_per_s=0.5, steering_rad_per_s=0.2)
+    assert stack.drive(HeadingFollower(), given) == replace(given, linear_m_per_s=0.1)
 
 
 def test_what_is_ahead_bends_the_way_and_slows() -> None:
@@ -173,7 +194,7 @@ def test_a_bump_ends_a_path_only_where_nothing_escapes() -> None:
         around = Surroundings(pressed=pressed, odometry=at(1.8, 3.9))
         steps = [step(controller, tick, at(1.8, 3.9), around) for tick in range(3)]
         assert any(one.transition is not None for one in steps) is ends
-    assert steps[-1].command.linear_m_per_s < 0.0
+    assert steps[-1].command == Twist2(linear_m_per_s=-0.25, steering_rad_per_s=0.0)
 
 
 def test_a_reading_is_where_it_was_heard_and_clears_what_is_nearer() -> None:
@@ -225,3 +246,12 @@ def test_a_lost_robot_goes_on_slowly_by_odometry() -> None:
     assert lost.heading_rad is not None
     assert math.sin(lost.heading_rad) < -0.5
     assert lost.limit_m_per_s < 0.3
+
+
+def test_too_near_it_leaves_at_once_ahead_or_backwards_as_it_drives() -> None:
+    local = LocalMap(REGIONS, 0.225)
+    local.empty, local.obstacles_m = False, np.full_like(local.walls_m, 0.04)
+    for speed_m_per_s, heading_rad in ((0.0, DOWN), (-0.1, -DOWN)):
+        off = Avoid()(senses(map=local, speed_m_per_s=speed_m_per_s))
+        assert off is not None
+        assert off.heading_rad == pytest.approx(heading_rad)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from goalreach_learning.behaviors import Surroundings
 from goalreach_learning.controller import ControlStep, GoalReachingController
 from goalreach_learning.controller_config import ControllerConfig
 from goalreach_learning.policy import Policy
@@ -39,6 +40,7 @@ class Script:
         goal: float = 0.0,
         confidence: Confidence = Confidence.OK,
         bumped: bool = False,
+        **more: Any,  # noqa: ANN401 - of any type
     ) -> ControlStep:
         regions = ARENA.regions
         state = RegionState(
@@ -50,7 +52,8 @@ class Script:
             confidence=confidence,
         )
         self.tick += 1
-        return self.controller.step(time_ns=self.tick * 40_000_000, state=state, bumped=bumped)
+        time_ns = self.tick * 40_000_000
+        return self.controller.step(time_ns=time_ns, state=state, bumped=bumped, **more)
 
 
 def begun(policy: Policy, **config: object) -> Script:
@@ -65,7 +68,8 @@ def test_stands_until_a_path_begins(make_policy: PolicyMaker) -> None:
 
 def test_waits_for_a_state_near_the_start(make_policy: PolicyMaker) -> None:
     script = begun(make_policy({(0, 1): 0}), mode='crisp')
-    assert script.see(3.0, 4.0, bumped=True).command == STANDING  # from before the reset
+    for x_m, y_m in ((1.5, 2.5), (0.5, 5.0)):  # from before the reset
+        assert script.see(x_m, y_m, bumped=True).command == STANDING
     assert script.see(confidence=Confidence.UNCERTAIN).command == STANDING
     assert script.see().command.linear_m_per_s > 0.0
 
@@ -128,6 +132,31 @@ def test_stops_while_uncertain_and_resumes(make_policy: PolicyMaker) -> None:
     assert waiting.command == STANDING
     assert waiting.heading_rad == before.heading_rad
     assert script.see().command == before.command
+
+
+def test_without_a_head_it_looks_around_after_a_second_of_uncertainty(
+    make_policy: PolicyMaker,
+) -> None:
+    script = begun(make_policy({(0, 1): 0}), mode='crisp')
+    script.see()
+    script.see()
+    unsure = [script.see(confidence=Confidence.UNCERTAIN, head_turns=False) for _ in range(26)]
+    rates = [step.command.steering_rad_per_s for step in unsure]
+    assert rates == [0.0] * 24 + [pytest.approx(math.radians(30.0))] * 2
+    assert script.see(confidence=Confidence.UNCERTAIN).command == STANDING  # the head turns
+    assert script.see(confidence=Confidence.STALE, head_turns=False).command == STANDING
+    script.see()
+    again = script.see(confidence=Confidence.UNCERTAIN, head_turns=False)
+    assert again.command == STANDING
+
+
+def test_a_bump_tells_a_learner_where_the_wall_is(make_policy: PolicyMaker) -> None:
+    script = begun(make_policy({}), learn=True, learner='planner')
+    script.see()
+    pressed = [number == 3 for number in range(20)]  # at 54 degrees
+    script.see(0.3, bumped=True, around=Surroundings(pressed=pressed))
+    ((x, y, _),) = script.controller.policy.learner['state']['walls']
+    assert math.degrees(math.atan2(y, x)) == pytest.approx(54.0)
 
 
 def test_a_bump_ends_the_path(make_policy: PolicyMaker) -> None:

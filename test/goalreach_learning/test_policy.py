@@ -46,12 +46,24 @@ def test_the_best_is_tried_and_nearly_the_highest(q: FloatArray, mask: int) -> N
 
 
 def test_tolerance_scales_with_the_discount() -> None:
-    q = np.zeros((3, 3, 8))
-    q[0, 0, :3] = 0.9, 0.885, 0.9  # 45 degrees is the middle, if it counts as equal
     visits = np.ones((3, 3, 8), dtype=np.int64)
-    for gamma, action in ((0.9, 1), (0.99, 0)):
-        policy = Policy(q=q, visits=visits, regions=RegionMap(), learning={'gamma': gamma})
+    for learning, less, action in (
+        ({'gamma': 0.9}, 0.015, 1), ({'gamma': 0.98}, 0.015, 0), ({}, 0.015, 1), ({}, 0.025, 0)
+    ):  # fmt: skip
+        q = np.zeros((3, 3, 8))
+        q[0, 0, :3] = 0.9, 0.9 - less, 0.9  # 45 degrees is the middle, if it counts as equal
+        policy = Policy(q=q, visits=visits, regions=RegionMap(), learning=learning)
         assert policy.greedy_action((0, 0)) == action
+
+
+def test_a_table_alone_is_a_policy_where_it_fits() -> None:
+    q = np.zeros((3, 3, 4))
+    q[0, 1, 3] = -0.5
+    policy = Policy.of_table(q, RegionMap())
+    assert policy is not None
+    assert (policy.greedy_action((0, 1)), policy.greedy_action((0, 0))) == (3, None)
+    for shape in ((2, 3, 8), (3, 3, 5)):
+        assert Policy.of_table(np.zeros(shape), RegionMap()) is None
 
 
 def test_goal_and_unvisited_regions_have_no_action() -> None:

@@ -64,7 +64,13 @@ DEFECTS: dict[str, tuple[Change, str]] = {
     'q huge': (lambda d: d['q'][0][0].__setitem__(7, 10**400), r'q\[0\]\[0\]\[7\] = 1000'),
     'visits': (lambda d: d['visits'][0][0].__setitem__(0, -3), 'visits = -3'),
     'visits half': (lambda d: d['visits'][0][0].__setitem__(0, 0.5), 'visits = 0.5'),
-    'actions': (lambda d: d['actions_rad'].reverse(), 'actions_rad = '),
+    'visits huge': (lambda d: d['visits'][0][0].__setitem__(0, 2**53 + 2), 'visits = 90071992547'),
+    'actions': (lambda d: d['actions_rad'].reverse(), r'actions_rad = .*: must be k \* pi / 4'),
+    'an action off': (lambda d: d['actions_rad'].__setitem__(3, 2.3562), 'actions_rad = '),
+    'actions short': (
+        lambda d: d['actions_rad'].pop(),
+        r'actions_rad = .*: must be a list of 8 n',
+    ),
     'regions': (lambda d: d.update(regions=5), 'regions = 5'),
     'knots': (lambda d: d['regions']['x_knots_m'].reverse(), 'regions.x_knots_m = '),
     'no knots': (
@@ -72,8 +78,13 @@ DEFECTS: dict[str, tuple[Change, str]] = {
         'regions.y_knots_m = 3: must be a list of numbers',
     ),
     'goal': (lambda d: d['regions'].update(goal=[1, 5]), r'regions.goal = \(1, 5\)'),
+    'goal half': (lambda d: d['regions'].update(goal=[1, 1.5]), r'regions.goal = \[1, 1.5\]'),
+    'forbidden': (lambda d: d['regions'].update(forbidden=3), 'regions.forbidden = 3'),
+    'learner': (lambda d: d.update(learner={'name': 3}), 'learner.name = 3'),
     'learning': (lambda d: d.pop('learning'), 'learning is missing'),
     'gamma': (lambda d: d['learning'].update(gamma='x'), "learning.gamma = 'x'"),
+    'gamma one': (lambda d: d['learning'].update(gamma=1), 'learning.gamma = 1'),
+    'gamma below': (lambda d: d['learning'].update(gamma=-0.1), 'learning.gamma = -0.1'),
     'alpha': (lambda d: d['learning'].update(alpha=float('inf')), 'learning.alpha = inf'),
 }
 

@@ -76,6 +76,11 @@ def test_choice_in_an_unvisited_state_is_uniform() -> None:
     assert chosen == list(range(8))
 
 
+def test_a_sample_above_the_rounded_sum_takes_the_last_action_that_is_possible() -> None:
+    q = [98.5, 72.0, -75.8, -33.5, 44.3, 42.2, 87.3, -15.6, -1e6]
+    assert select_action(q, visited=True, temperature=5.0, uniform=1 - 2**-53) == 7
+
+
 CHAIN = ((0, 2), (0, 1), (0, 0), (1, 0))
 """Action 0 leads from one to the next and out of the last into the goal; others stay."""
 

@@ -13,24 +13,24 @@ CONFIG = ControllerConfig(cruise_speed_m_per_s=0.5)
 
 def rate(error_rad: float) -> float:
     config = ControllerConfig(
-        heading_gain_per_s=2.0, steering_limit_rad_per_s=1.0, steering_braking_rad_per_s2=0.4
+        heading_gain_per_s=3.0, steering_limit_rad_per_s=1.0, steering_braking_rad_per_s2=0.9
     )
     return steering_rate(error_rad, config)
 
 
 def test_is_proportional_near_zero() -> None:
-    assert rate(0.05) == pytest.approx(0.1)
-    assert rate(-0.1) == pytest.approx(-0.2)  # up to a / gain^2 = 0.1
+    assert rate(0.05) == pytest.approx(0.15)
+    assert rate(-0.1) == pytest.approx(-0.3)  # up to a / gain^2 = 0.1
 
 
 def test_follows_the_braking_curve_farther_out() -> None:
-    assert rate(0.3) == pytest.approx(math.sqrt(2 * 0.4 * 0.25))
+    assert rate(0.3) == pytest.approx(math.sqrt(2 * 0.9 * 0.25))
     assert rate(3.0) == 1.0
 
 
 @given(st.floats(-3.1, 3.1))
 def test_can_always_stop_in_time(error_rad: float) -> None:
-    assert rate(error_rad) ** 2 <= 2 * 0.4 * abs(error_rad) + 1e-12
+    assert rate(error_rad) ** 2 <= 2 * 0.9 * abs(error_rad) + 1e-12
     assert rate(error_rad) * error_rad >= 0.0
 
 

@@ -21,7 +21,11 @@ def test_empty_answers_make_a_room_with_six_tags_and_a_drawing(
     assert answer(monkeypatch, path, '4', '', '', '') == 0
     arena = read_arena(path)
     assert (arena.name, arena.width_m, arena.length_m) == ('room', 4.0, 3.0)
-    assert [tag.id for tag in arena.tags] == [0, 1, 2, 3, 4, 5]
+    assert [(tag.id, tag.x_m, tag.y_m) for tag in arena.tags] == [
+        (0, 1.0, 0.0), (1, 3.0, 0.0), (2, 4.0, 1.5), (3, 3.0, 3.0), (4, 1.0, 3.0), (5, 0.0, 1.5)
+    ]  # fmt: skip
+    # Borders at a third and at two thirds, with transitions of 0.15 of the shorter side.
+    assert arena.regions.x_knots_m == pytest.approx((0.0, 1.108, 1.558, 2.442, 2.892, 4.0))
     assert path.with_suffix('.svg').read_text().startswith('<?xml')
     assert main(['tags', '--arena', str(path), '--out', str(tmp_path / 'tags.pdf')]) == 0
     assert (tmp_path / 'tags.pdf').read_bytes().startswith(b'%PDF')
@@ -35,7 +39,7 @@ def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
     lines = [
         'three',
         '3',
-        '4',
+        '2.5',
         *leds,
         '1 2',
         'inf 0.2 1 0 1 0',
@@ -49,6 +53,7 @@ def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
     assert arena.landmarks_m == ((0.5, 0.0, 1.4), (1.5, 0.3, 1.8), (2.5, 0.0, 1.6))
     assert [(tag.id, tag.size_m) for tag in arena.tags] == [(7, 0.2)]
     assert arena.regions.goal == (2, 0)
+    assert arena.regions.y_knots_m[1:3] == pytest.approx((0.833 - 0.1875, 0.833 + 0.1875))
     told = capsys.readouterr().out
     assert 'not understood: three' in told
     for row in ('1 2', 'inf 0.2 1 0 1 0', '1.7 0.2 1 0 1 0'):

@@ -109,6 +109,27 @@ class _Answering:
         return future
 
 
+class _Silent(_Answering):
+    """Those of one that never answers."""
+
+    def get_parameters(self, _: list[str]) -> 'rclpy.Future[object]':
+        return rclpy.Future()
+
+
+def test_silence_is_noticed_twenty_seconds_after_a_start_and_four_after_an_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    client = _Silent()
+    monkeypatch.setattr(supervisor, 'AsyncParameterClient', lambda *_: client)
+    probe = supervisor.LivenessProbe(None, 'nomad200', 0.0)
+    assert [probe.silent(0.5 * tick) for tick in range(42)] == [False] * 41 + [True]
+    probe.restart(100.0)
+    assert not any(probe.silent(time_s) for time_s in (100.0, 100.5))
+    probe._pending[0].set_result(None)
+    assert not any(probe.silent(101.0 + 0.5 * tick) for tick in range(9))
+    assert probe.silent(105.5)
+
+
 def test_no_node_is_blamed_for_the_time_in_which_nobody_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -174,6 +174,15 @@ def test_a_sound_robot_has_no_fault(robot: Robot) -> None:
     assert can_drive(verdicts)
 
 
+@pytest.mark.parametrize(
+    ('name', 'ages'),
+    [('nomad200', 'stamps 0.010 s old'), ('simulated clock', 'stamps of another clock')],
+)
+def test_a_sound_topic_is_described(name: str, ages: str) -> None:
+    (found,) = [v for v in SOUND[name].verdicts() if v.subject == IMAGE]
+    assert found.text == f'40x30 mono8, 25.0 Hz, {ages}, jitter 0 ms, reliable, camera, driver'
+
+
 def two(kind: str) -> tuple[End, ...]:
     return tuple(End(node=name, kind=kind) for name in ('one', 'other'))
 
@@ -369,3 +378,13 @@ def test_leds_that_move_together_while_it_drives_ahead_are_a_fault() -> None:
     assert levels(DRIVE, standing(*far), standing(*near, pose=ahead)) == ['ok']
     assert levels(DRIVE, standing(*near), standing(*far, pose=ahead)) == ['ok', WRONG]
     assert levels(DRIVE, standing(*far), standing(*far[:1], pose=ahead)) == ['ok', WARN]
+    # tan(0.1) / tan(0.105) = 0.952
+    assert '4.8%' in [*judge_motion(DRIVE, standing(*near), standing(*far, pose=ahead))][1].text
+
+
+def test_a_drive_is_measured_along_the_heading() -> None:
+    before = Pose2(x_m=1.0, y_m=2.0, heading_rad=1.0)
+    x_m, y_m = 1.0 + 0.12 * math.cos(1.0), 2.0 + 0.12 * math.sin(1.0)
+    after = replace(before, x_m=x_m, y_m=y_m)
+    reported, _ = judge_motion(DRIVE, standing(pose=before), standing(pose=after))
+    assert (reported.level, reported.text) == ('ok', 'reported +0.120 m of +0.100')

@@ -31,10 +31,26 @@ def step(before: Region, after: Region, *, goal: bool = False, path: int = 0) ->
 
 def test_a_trace_rewards_the_action_before() -> None:
     learner = QLambdaLearner(setup())
+    learner.choose(place((0, 0)))
     learner.update(step((0, 0), (0, 1)))
+    learner.choose(place((0, 1)))  # greedy: all values are equal
     learner.update(step((0, 1), (1, 1), goal=True))
     assert learner.q[0][1][0] == pytest.approx(0.5)
     assert learner.q[0][0][0] == pytest.approx(0.5 * 0.8 * 0.8)  # alpha gamma lambda
+    learner.choose(place((0, 0), path=1))
+    learner.update(step((0, 0), (0, 1), path=1))
+    assert learner.q[0][0][0] == pytest.approx(0.32 + 0.5 * (0.8 * 0.5 - 0.32))
+    assert (learner.q[0][1][0], learner.visits[0][0][0]) == (pytest.approx(0.5), 2)
+
+
+def test_a_trace_ends_with_an_action_that_is_not_greedy() -> None:
+    learner = QLambdaLearner(setup())
+    learner.choose(place((0, 0)))
+    learner.update(step((0, 0), (0, 1)))
+    learner.q[0][1] = [0.0] * 7 + [1.0]
+    assert learner.choose(place((0, 1))) != 7
+    learner.update(step((0, 1), (1, 1), goal=True))
+    assert learner.q[0][0][0] == 0.0
 
 
 def test_a_trace_ends_with_its_path() -> None:
