@@ -76,7 +76,9 @@ class TickOrder:
         taken = [message for message in self._waiting if message.time_ns < limit_ns]
         self._waiting = [message for message in self._waiting if message.time_ns >= limit_ns]
         first_ns = min((m.time_ns for m in taken if m.time_ns != _BEFORE_FIRST_NS), default=0)
-        yield from sorted(replace(m, time_ns=max(m.time_ns, first_ns)) for m in taken)
+        yield from sorted(
+            replace(m, time_ns=first_ns) if m.time_ns < first_ns else m for m in taken
+        )
 
 
 @dataclass
