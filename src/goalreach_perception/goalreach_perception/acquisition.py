@@ -31,9 +31,6 @@ _SAME_RAD = math.radians(0.5)
 _MOST = 12
 _LEAST_HITS = _TRIPLE = 3
 """A spot of one image may be spurious; three in one direction are not. Chosen."""
-_SURE_SIGMA_PX = 0.3
-"""A spot of a larger error may be part of a wall, and two of those do not make a pose. Chosen:
-speckles of textured walls have 0.4 and more, bright LEDs 0.2."""
 _SIDES_RAD = np.radians(np.arange(-75.0, 76.0, 15.0))
 _PANORAMA_INFLATION = 4.0
 """Factor on the covariance of a panorama: the filter ignores the correlation of its errors with
@@ -65,7 +62,6 @@ class _Spot(NamedTuple):
     azimuth_rad: float
     rise_rad: float
     row: tuple[Sequence[float], float, float, float]
-    is_sure: bool
     hits: int = 1
 
 
@@ -124,7 +120,7 @@ class Panorama:
             sigma_px = math.hypot(sigma, noise_px * (1.0 + right * right + down * down))
             azimuth, rise = _direction(right, down, joints.tilt_rad)
             row = pixel, sigma_px, turn, joints.tilt_rad
-            self._merge(_Spot(turn - azimuth, rise, row, sigma < _SURE_SIGMA_PX))
+            self._merge(_Spot(turn - azimuth, rise, row))
         return len(slopes) > 0 and len(self._spots) > len(slopes)
 
     def _merge(self, spot: _Spot) -> None:
@@ -142,8 +138,6 @@ class Panorama:
         """Return the spots of three images or more, the most frequent ones first."""
         spots = sorted(self._spots, key=lambda spot: -spot.hits)
         spots = [spot for spot in spots if spot.hits >= _LEAST_HITS][:count]
-        if len(spots) < _TRIPLE:
-            spots = [spot for spot in spots if spot.is_sure]
         if not spots:
             return DirectedSpots(np.empty((0, 2)), *np.empty((3, 0)))
         return DirectedSpots(*map(np.array, zip(*(spot.row for spot in spots), strict=True)))
@@ -208,8 +202,7 @@ class Acquisition:
     ) -> tuple[Pose2, FloatArray] | None:
         """Add an image to the panorama; return the pose that explains its spots, or None.
 
-        Every spot used is in three images or more, so that even two need no confirmation: neither
-        is spurious, and no other pose fits them.
+        Every spot used is in three images or more, so that it needs no confirmation.
 
         Returns:
             The pose in `map` with its (3, 3) covariance of x, y, heading; None if there is no

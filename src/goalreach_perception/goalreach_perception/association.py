@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray
-from goalreach_perception.measurement_model import BEHIND_M
 from goalreach_perception.measurement_prediction import equivalent_gate
 from goalreach_perception.one_image_pose import (
     ImageGeometry,
@@ -34,8 +33,6 @@ _MOST_ITERATIONS = 12
 _LARGEST_MISFIT_PX = 100.0
 """Largest residual of an initial guess that may converge to a valid pose. Chosen: the largest that
 did was 71 px."""
-_BORDER_PX = 15.0
-"""An LED nearer than this to the border may be cut off, or just outside. Chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +41,6 @@ class AssociationConfig(Configuration):
 
     triple_gate: float = parameter(
         30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', within=(1.0, None)
-    )
-    pair_gate: float = parameter(
-        8.0, 'Largest chi-square of two LEDs in one image, 1 dof (p = 5e-3)', within=(1.0, None)
     )
     margin: float = parameter(
         25.0,
@@ -107,8 +101,8 @@ def identify(
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are needed, or exactly two whose pose has no third LED in view: among more
-    spots some pair nearly always fits. None if no labelling fits, or different ones do.
+    Three spots are needed: two are explained by many poses, and a lamp with an LED by some. None
+    if no labelling fits, or different ones do.
 
     Args:
         geometry: Everything known.
@@ -117,30 +111,30 @@ def identify(
         arena_size_m: Width and length of the arena.
         config: When a labelling is accepted.
     """
-    for size, gate in ((_TRIPLE, config.triple_gate), (2, config.pair_gate)):
-        if len(pixels_px) < size or (size < _TRIPLE and len(pixels_px) > size):
-            continue
-        fits = _solve(geometry, pixels_px, sigmas_px, size, arena_size_m=arena_size_m)
-        if fits is None:
-            continue
-        solutions, spots, leds = fits
-        inside = _inside(solutions.poses, arena_size_m, -config.wall_clearance_m)
-        chi2 = np.where(inside, solutions.chi2, np.inf)
-        best = int(chi2.argmin())
-        if chi2[best] > gate:
-            continue
-        alternatives = chi2[_differ(solutions.poses, spots, leds, best)]
-        ambiguous = alternatives.size and alternatives.min() < chi2[best] + config.margin
-        pose, used = solutions.poses[best], leds[best]
-        if ambiguous or (size < _TRIPLE and _another_in_view(geometry, pose, used)):
-            return None
-        return _fix(solutions, best, spots[best], used)
-    return None
+    if len(pixels_px) < _TRIPLE:
+        return None
+    fits = _solve(geometry, pixels_px, sigmas_px, arena_size_m=arena_size_m)
+    return None if fits is None else _choose(*fits, arena_size_m, config)
 
 
-def _fix(solutions: Solutions, row: int, spots: NDArray[np.intp], leds: NDArray[np.intp]) -> Fix:
-    (x_m, y_m, azimuth), chi2 = solutions.poses[row].tolist(), float(solutions.chi2[row])
-    return Fix(x_m, y_m, azimuth, chi2, solutions.information[row], spots, leds)
+def _choose(
+    solutions: Solutions,
+    spots: NDArray[np.intp],
+    leds: NDArray[np.intp],
+    arena_size_m: tuple[float, float],
+    config: AssociationConfig,
+) -> Fix | None:
+    """Return the best solution in the arena if it fits and no other one fits nearly as well."""
+    inside = _inside(solutions.poses, arena_size_m, -config.wall_clearance_m)
+    chi2 = np.where(inside, solutions.chi2, np.inf)
+    best = int(chi2.argmin())
+    others = chi2[_differ(solutions.poses, spots, leds, best)]
+    ambiguous = others.size and others.min() < chi2[best] + config.margin
+    gate = equivalent_gate(config.triple_gate, _TRIPLE, 2 * leds.shape[1] - _TRIPLE)
+    if ambiguous or chi2[best] > gate:
+        return None
+    (x_m, y_m, azimuth), least = solutions.poses[best].tolist(), float(chi2[best])
+    return Fix(x_m, y_m, azimuth, least, solutions.information[best], spots[best], leds[best])
 
 
 def identify_labelled(
@@ -164,25 +158,18 @@ def identify_labelled(
     solutions = solve_poses(
         geometry, pixels_px, sigmas_px, **rows, seeds=seeds, iterations=_MOST_ITERATIONS
     )
-    inside = _inside(solutions.poses, arena_size_m, -config.wall_clearance_m)
-    chi2 = np.where(inside, solutions.chi2, np.inf)
-    best = int(chi2.argmin())
-    differ = chi2[_differ(solutions.poses, **rows, best=best)]
-    ambiguous = differ.size and differ.min() < chi2[best] + config.margin
-    gate = equivalent_gate(config.triple_gate, _TRIPLE, 2 * len(leds) - _TRIPLE)
-    return None if ambiguous or chi2[best] > gate else _fix(solutions, best, spots, leds)
+    return _choose(solutions, **rows, arena_size_m=arena_size_m, config=config)
 
 
 def _solve(
     geometry: ImageGeometry,
     pixels_px: FloatArray,
     sigmas_px: FloatArray,
-    size: int,
     *,
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
-    """Solve all labellings of `size` spots with a valid initial guess."""
-    spots, leds = labellings(len(pixels_px), geometry.led_count, size)
+    """Solve all labellings of three spots with a valid initial guess."""
+    spots, leds = labellings(len(pixels_px), geometry.led_count, _TRIPLE)
     seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
@@ -212,8 +199,6 @@ def _seeds(
     flat: NDArray[np.complex128] = places[..., 0] + 1j * places[..., 1]
     rises_m = places[..., 2] - geometry.camera_height_m
     seeds = align(flat, turns * level_points(slopes, rises_m, tilts))
-    if leds.shape[1] != _TRIPLE:
-        return seeds
     rays = turns * (np.cos(tilts) + np.sin(tilts) * slopes[..., 1] - 1j * slopes[..., 0])
     return np.concatenate([seeds, triangulate(flat, rays / np.abs(rays))])
 
@@ -226,17 +211,6 @@ def _inside(
     x, y = poses[:, 0], poses[:, 1]
     inside_x = (x > -margin_m) & (x < width_m + margin_m)
     return inside_x & (y > -margin_m) & (y < length_m + margin_m)
-
-
-def _another_in_view(geometry: ImageGeometry, pose: FloatArray, leds: NDArray[np.intp]) -> bool:
-    """Return whether a pose has LEDs in view that were not used; False for a panorama."""
-    if np.ptp(geometry.turns_rad) > 0.0:
-        return False
-    others = np.setdiff1d(np.arange(geometry.led_count), leds)[None, :]
-    _, seen = geometry.project(pose[None, :], others, np.zeros_like(others))
-    off_centre_px = np.abs(seen.pixels_px - geometry.lens.centre_px)
-    inside = (off_centre_px < geometry.lens.centre_px - _BORDER_PX).all(axis=-1)
-    return bool((inside & (seen.depth_m > BEHIND_M)).any())
 
 
 def _differ(

@@ -283,7 +283,7 @@ class LandmarkLocalizer:
     def _check(self, matched: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
         """Compare the filter with the pose of this image alone; restart from it if they disagree.
 
-        A pose from two LEDs or a panorama is too coarse to linearize about, and the filter would
+        A pose from a panorama is too coarse to linearize about, and the filter would
         stay overconfident: the first image of three LEDs restarts it.
         """
         renew = self._unsettled and not self._filter.is_unsettled
@@ -331,18 +331,13 @@ class LandmarkLocalizer:
             self._fixes.add_unsolved(len(spots.peaks_dn))
             if self._fixes.reason:
                 self._filter.reset()
-        elif len(fix.leds) >= _TRIPLE:
-            late_rad = self._filter.late_rad
-            self._fixes.add_fix(fix.azimuth_rad - odometry.heading_rad, joints, late_rad)
-        elif self._fixes.reason:
-            return None
-        if self._monitor.mode is Mode.DOUBTFUL:
-            if fix is None or len(fix.leds) < _TRIPLE:
-                return None
-        elif fix is None:
-            if start := self._acquisition.from_panorama(unmatched, joints, odometry, optics):
+            if self._monitor.mode is not Mode.DOUBTFUL and (
+                start := self._acquisition.from_panorama(unmatched, joints, odometry, optics)
+            ):
                 self._start(*start, leds=None)
             return None
+        late_rad = self._filter.late_rad
+        self._fixes.add_fix(fix.azimuth_rad - odometry.heading_rad, joints, late_rad)
         rows = fix.spots.tolist()
         matched = MatchedLeds(fix.leds, spots.select(rows), unmatched.pixels_px[rows], len(rows))
         self._restart(fix, matched, joints, optics)
@@ -350,8 +345,7 @@ class LandmarkLocalizer:
 
     def _start(self, pose: Pose2, covariance: FloatArray, *, leds: list[int] | None) -> None:
         """Start filter and monitor at a pose."""
-        coarse = leds is None or len(leds) < _TRIPLE
-        self._filter.start(pose, covariance, coarse=coarse)
+        self._filter.start(pose, covariance, coarse=leds is None)
         self._counts['acquired'] += 1
         self._monitor.start(leds, again=self._filter.doubted)
 

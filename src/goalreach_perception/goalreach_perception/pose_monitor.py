@@ -52,9 +52,6 @@ class PoseMonitorConfig(Configuration):
         'which odometry drifts by less than an inch)',
         within=(1, 100000),
     )
-    pair_confirmations: int = parameter(
-        3, 'Images that must confirm a pose from two LEDs (chosen)', within=(0, 1000)
-    )
     triple_confirmations: int = parameter(
         1,
         'Images that must confirm a pose from three LEDs: one may have been a spurious spot '
@@ -127,9 +124,8 @@ class PoseMonitor:
                 it. None for a pose that needs no confirmation.
         """
         self._reset_counts()
-        pair, triple = self._config.pair_confirmations, self._config.triple_confirmations
         self._leds = tuple(leds or ())
-        self._to_confirm = 0 if leds is None else (pair if len(leds) <= _PAIR else triple)
+        self._to_confirm = 0 if leds is None else self._config.triple_confirmations
         self._frames_left = self._config.confirm_within_frames
         if again:
             self._to_confirm, self._frames_left = _AGAIN, 2 * _AGAIN
@@ -155,7 +151,7 @@ class PoseMonitor:
         self._misses = self._misses + 1 if bad or (doubtful and expected) else 0
         self._unseen = 0 if used else self._unseen + 1
         if self.mode is Mode.CONFIRMING:
-            self._confirm(used, bad=bad or not used, expected=expected)
+            self._confirm(used, bad=bad or not used)
         elif self._misses >= self._config.lost_after_frames:
             self.lose('the LEDs are not where they should be')
         elif self._unseen >= self._config.unseen_after_frames:
@@ -169,10 +165,9 @@ class PoseMonitor:
             self._needs_pair = False
             self.mode, self.reason = Mode.TRACKING, ''
 
-    def _confirm(self, used: int, *, bad: bool, expected: int) -> None:
-        """Count an image for a new pose; one that lacks an LED does not confirm a pair."""
-        complete = len(self._leds) > _PAIR or used >= expected
-        self._confirmations += used >= len(self._leds) and complete
+    def _confirm(self, used: int, *, bad: bool) -> None:
+        """Count an image for a new pose."""
+        self._confirmations += used >= len(self._leds)
         self._frames_left -= 1
         if self._confirmations >= self._to_confirm:
             self.mode, self.reason = Mode.TRACKING, ''
