@@ -108,7 +108,7 @@ def test_the_distance_of_the_filter_from_a_pose() -> None:
     joints = HeadAngles(turret_rad=0.2, pan_rad=0.1, tilt_rad=0.3)
     angle2 = 0.0004 + 1e-4 + noise.pan_tilt_bias_rad**2 + noise.pan_tilt_noise_rad**2
     expected = 0.2**2 / (0.04 + 0.04) + 0.1**2 / (0.01 + 0.02) + 0.05**2 / angle2
-    assert Acquisition(config, state).distance2(fix, joints) == pytest.approx(expected)
+    assert Acquisition(config, state, 0.7).distance2(fix, joints) == pytest.approx(expected)
 
 
 def test_leds_that_are_never_in_one_image_tell_the_pose() -> None:
@@ -116,7 +116,7 @@ def test_leds_that_are_never_in_one_image_tell_the_pose() -> None:
     leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
     state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
     state.mean[PAN_BIAS] = 0.01
-    acquisition, camera = Acquisition(config, state), CameraMount(config.mount)
+    acquisition, camera = Acquisition(config, state, 0.7), CameraMount(config.mount)
     odometry = Pose2(x_m=5.0, y_m=6.0, heading_rad=0.4)
     for image in range(9):
         led_m = leds_m[[image % 3]]

@@ -31,6 +31,11 @@ _SAME_RAD = math.radians(0.5)
 _MOST = 12
 _LEAST_HITS = _TRIPLE = 3
 """A spot of one image may be spurious; three in one direction are not. Chosen."""
+_SURE_SIGMA_PX = 0.3
+"""A spot of a larger error may be part of a wall, and two of those do not make a pose. Chosen:
+speckles of textured walls have 0.4 and more, bright LEDs 0.2."""
+_UNSEEN_RAD = math.radians(5.0)
+"""How far below the upper border of the highest images an LED may be missed. Chosen."""
 _SIDES_RAD = np.radians(np.arange(-75.0, 76.0, 15.0))
 _PANORAMA_INFLATION = 4.0
 """Factor on the covariance of a panorama: the filter ignores the correlation of its errors with
@@ -62,6 +67,7 @@ class _Spot(NamedTuple):
     azimuth_rad: float
     rise_rad: float
     row: tuple[Sequence[float], float, float, float]
+    is_sure: bool
     hits: int = 1
 
 
@@ -100,7 +106,9 @@ class Panorama:
         odometry: Pose2,
         late_rad: float = 0.0,
     ) -> bool:
-        """Add the spots of one image; return whether it has some and the panorama more than these.
+        """Add the spots of one image; return whether it has some and the panorama tells more.
+
+        It does if it has other spots too; a single image of two spots tells nothing.
 
         They are ideal pixels, (n, 2), each with a standard deviation per axis. Earlier spots are
         discarded by a displacement of the odometry, and by another `late_rad`: how far the camera
@@ -120,17 +128,20 @@ class Panorama:
             sigma_px = math.hypot(sigma, noise_px * (1.0 + right * right + down * down))
             azimuth, rise = _direction(right, down, joints.tilt_rad)
             row = pixel, sigma_px, turn, joints.tilt_rad
-            self._merge(_Spot(turn - azimuth, rise, row))
-        return len(slopes) > 0 and len(self._spots) > len(slopes)
+            self._merge(_Spot(turn - azimuth, rise, row, sigma < _SURE_SIGMA_PX))
+        more = len(slopes) < _TRIPLE or len(self._spots) > len(slopes)
+        return len(slopes) > 0 and len(self._spots) > 1 and more
 
     def _merge(self, spot: _Spot) -> None:
-        """Add a spot; replace an earlier one in the same direction."""
-        for index, other in enumerate(self._spots):
-            near = abs(other.rise_rad - spot.rise_rad) < _SAME_RAD
-            if near and abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) < _SAME_RAD:
-                self._spots[index] = spot._replace(hits=1 + other.hits)
-                return
-        self._spots.append(spot)
+        """Add a spot; replace earlier ones in the same direction."""
+        apart = [
+            other
+            for other in self._spots
+            if abs(other.rise_rad - spot.rise_rad) >= _SAME_RAD
+            or abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) >= _SAME_RAD
+        ]
+        hits = sum(other.hits for other in self._spots) - sum(other.hits for other in apart)
+        self._spots = [*apart, spot._replace(hits=1 + hits)]
         if len(self._spots) > _MOST:
             self._spots.remove(min(self._spots, key=lambda spot: spot.hits))
 
@@ -138,6 +149,8 @@ class Panorama:
         """Return the spots of three images or more, the most frequent ones first."""
         spots = sorted(self._spots, key=lambda spot: -spot.hits)
         spots = [spot for spot in spots if spot.hits >= _LEAST_HITS][:count]
+        if len(spots) < _TRIPLE:
+            spots = [spot for spot in spots if spot.is_sure]
         if not spots:
             return DirectedSpots(np.empty((0, 2)), *np.empty((3, 0)))
         return DirectedSpots(*map(np.array, zip(*(spot.row for spot in spots), strict=True)))
@@ -146,12 +159,14 @@ class Panorama:
 class Acquisition:
     """Solves poses from spots that are not assigned to LEDs.
 
-    The estimates of biases and survey of the filter are used, its pose is not.
+    The estimates of biases and survey of the filter are used, its pose is not. A search tilts the
+    camera up to `search_rad`.
     """
 
-    def __init__(self, config: LocalizerConfig, state: PoseFilter) -> None:
+    def __init__(self, config: LocalizerConfig, state: PoseFilter, search_rad: float) -> None:
         self._config = config
         self._state = state
+        self._search_rad = search_rad
         self._arena_size_m = (config.arena_width_m, config.arena_length_m)
         self._panorama = Panorama(config.noise.pan_tilt_noise_rad)
 
@@ -202,7 +217,8 @@ class Acquisition:
     ) -> tuple[Pose2, FloatArray] | None:
         """Add an image to the panorama; return the pose that explains its spots, or None.
 
-        Every spot used is in three images or more, so that it needs no confirmation.
+        Every spot used is in three images or more, so that it needs no confirmation. Two are
+        enough where no search sees the other LEDs.
 
         Returns:
             The pose in `map` with its (3, 3) covariance of x, y, heading; None if there is no
@@ -219,7 +235,9 @@ class Acquisition:
         ):
             return None
         spots = self._panorama.frequent_spots(self._config.detection.maximum_spots)
-        if (fix := self._solve(spots, optics)) is None:
+        reach_rad = self._search_rad - _UNSEEN_RAD
+        reach_rad += math.atan(optics.lens.centre_px[1] / optics.lens.focal_px[1])
+        if (fix := self._solve(spots, optics, reach_rad)) is None:
             return None
         covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
         if covariance[0, 0] + covariance[1, 1] > _PANORAMA_SIGMA_M**2:
@@ -247,7 +265,9 @@ class Acquisition:
         covariance[2, 2] += self._config.noise.pan_tilt_noise_rad**2
         return float(difference @ np.linalg.solve(covariance, difference))
 
-    def _solve(self, spots: DirectedSpots, optics: Optics) -> Fix | None:
+    def _solve(
+        self, spots: DirectedSpots, optics: Optics, reach_rad: float = math.inf
+    ) -> Fix | None:
         """Return the pose and labelling that explain spots, or None."""
         return identify(
             self._geometry(spots.turns_rad, spots.tilts_rad, optics),
@@ -255,6 +275,7 @@ class Acquisition:
             spots.sigmas_px,
             arena_size_m=self._arena_size_m,
             config=self._config.association,
+            reach_rad=reach_rad,
         )
 
     def _geometry(

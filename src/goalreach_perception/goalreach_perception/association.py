@@ -7,6 +7,7 @@ the tilt do not, so all labellings are solved on pixels and compared by chi-squa
 from dataclasses import dataclass
 import functools
 from itertools import combinations, permutations, product
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from goalreach_perception.one_image_pose import (
     triangulate,
 )
 
-_TRIPLE = 3
+_PAIR, _TRIPLE = 2, 3
 _SAME_M = 0.05
 _SAME_RAD = 0.02
 """Solutions closer than this are the same. Chosen: far above the error of a converged one."""
@@ -41,6 +42,9 @@ class AssociationConfig(Configuration):
 
     triple_gate: float = parameter(
         30.0, 'Largest chi-square of three LEDs in one image, 3 dof (p = 1e-6)', within=(1.0, None)
+    )
+    pair_gate: float = parameter(
+        8.0, 'Largest chi-square of two LEDs of a panorama, 1 dof (p = 5e-3)', within=(1.0, None)
     )
     margin: float = parameter(
         25.0,
@@ -98,11 +102,13 @@ def identify(
     *,
     arena_size_m: tuple[float, float],
     config: AssociationConfig,
+    reach_rad: float = math.inf,
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
-    Three spots are needed: two are explained by many poses, and a lamp with an LED by some. None
-    if no labelling fits, or different ones do.
+    Three spots are needed, since a lamp and an LED often fit some pose; or exactly two whose pose
+    has all other LEDs so near and high that a search never sees them. None if no labelling fits,
+    or different ones do.
 
     Args:
         geometry: Everything known.
@@ -110,11 +116,19 @@ def identify(
         sigmas_px: (n,) standard deviation of each per axis.
         arena_size_m: Width and length of the arena.
         config: When a labelling is accepted.
+        reach_rad: How far above the horizon a search sees.
     """
-    if len(pixels_px) < _TRIPLE:
+    size = min(len(pixels_px), _TRIPLE)
+    if size < _PAIR:
         return None
-    fits = _solve(geometry, pixels_px, sigmas_px, arena_size_m=arena_size_m)
-    return None if fits is None else _choose(*fits, arena_size_m, config)
+    fits = _solve(geometry, pixels_px, sigmas_px, size, arena_size_m=arena_size_m)
+    fix = None if fits is None else _choose(*fits, arena_size_m, config)
+    if fix is None or size == _TRIPLE:
+        return fix
+    offsets_m = np.delete(geometry.leds_m[: geometry.led_count], fix.leds, axis=0)
+    offsets_m -= fix.x_m, fix.y_m, geometry.camera_height_m
+    rises_rad = np.arctan2(offsets_m[:, 2], np.hypot(offsets_m[:, 0], offsets_m[:, 1]))
+    return fix if fix.chi2 <= config.pair_gate and (rises_rad > reach_rad).all() else None
 
 
 def _choose(
@@ -165,11 +179,12 @@ def _solve(
     geometry: ImageGeometry,
     pixels_px: FloatArray,
     sigmas_px: FloatArray,
+    size: int,
     *,
     arena_size_m: tuple[float, float],
 ) -> tuple[Solutions, NDArray[np.intp], NDArray[np.intp]] | None:
-    """Solve all labellings of three spots with a valid initial guess."""
-    spots, leds = labellings(len(pixels_px), geometry.led_count, _TRIPLE)
+    """Solve all labellings of `size` spots with a valid initial guess."""
+    spots, leds = labellings(len(pixels_px), geometry.led_count, size)
     seeds = _seeds(geometry, pixels_px, spots, leds)
     repeats = len(seeds) // len(spots)
     spots, leds = np.tile(spots, (repeats, 1)), np.tile(leds, (repeats, 1))
@@ -199,6 +214,8 @@ def _seeds(
     flat: NDArray[np.complex128] = places[..., 0] + 1j * places[..., 1]
     rises_m = places[..., 2] - geometry.camera_height_m
     seeds = align(flat, turns * level_points(slopes, rises_m, tilts))
+    if leds.shape[1] != _TRIPLE:
+        return seeds
     rays = turns * (np.cos(tilts) + np.sin(tilts) * slopes[..., 1] - 1j * slopes[..., 0])
     return np.concatenate([seeds, triangulate(flat, rays / np.abs(rays))])
 

@@ -172,6 +172,12 @@ class HeadTracker:
         self._search = HeadSearch(config) if self._has_turret else PanSearch(config)
         self._last_azimuth_rad: float | None = None
 
+    @property
+    def highest_search_rad(self) -> float:
+        """The highest tilt of a search."""
+        config = self._config
+        return config.clip_tilt(max(config.search_tilt_rad, config.search_high_tilt_rad))
+
     def restart_search(self) -> None:
         """Restart the search."""
         self._search.reset()

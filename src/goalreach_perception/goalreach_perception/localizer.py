@@ -102,7 +102,9 @@ class LandmarkLocalizer:
             odometry=config.odometry,
             delay_s=delay_s,
         )
-        self._acquisition = Acquisition(config, self._filter)
+        highest = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=self._head.highest_search_rad)
+        search_rad = self._mount.look(highest)[0].tilt_rad
+        self._acquisition = Acquisition(config, self._filter, search_rad)
 
     @property
     def filter(self) -> PoseFilter:
