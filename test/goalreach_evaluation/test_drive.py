@@ -21,7 +21,7 @@ SURVEY_ERROR_M = 0.1016
 LATE_FROM, LATE_FOR = 80, 50
 
 
-@pytest.mark.parametrize(('coordinate', 'start', 'seed'), [(3, 21, 7), (4, 4, 8)])
+@pytest.mark.parametrize(('coordinate', 'start', 'seed'), [(1, 0, 7), (4, 5, 8)])
 def test_two_leds_of_a_wrong_survey_declare_no_false_goal(
     coordinate: int, start: int, seed: int
 ) -> None:

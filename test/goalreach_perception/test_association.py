@@ -28,7 +28,10 @@ def knowledge(corners: int = 0) -> FloatArray:
 
 
 def solve(
-    pixels: FloatArray, leds_m: FloatArray = LED_PLACES, corners_m: FloatArray | None = None
+    pixels: FloatArray,
+    leds_m: FloatArray = LED_PLACES,
+    corners_m: FloatArray | None = None,
+    **options: float,
 ) -> Fix | None:
     corners_m = np.empty((0, 3)) if corners_m is None else corners_m
     geometry = ImageGeometry(
@@ -43,7 +46,7 @@ def solve(
     )
     sigmas = np.full(len(pixels), 0.05)
     config = AssociationConfig()
-    return identify(geometry, pixels, sigmas, arena_size_m=SIZE_M, config=config)
+    return identify(geometry, pixels, sigmas, arena_size_m=SIZE_M, config=config, **options)
 
 
 def view(x_m: float, y_m: float, azimuth: float, leds_m: FloatArray = LED_PLACES) -> FloatArray:
@@ -80,8 +83,13 @@ def test_a_spurious_spot_is_left_unassigned() -> None:
     assert (fix.spots.tolist(), fix.leds.tolist()) == ([1, 2, 3], [0, 1, 2])
 
 
-def test_two_leds_determine_the_pose_if_no_other_solution_fits() -> None:
-    fix = solve(view(1.5, 1.6, -1.3)[[1, 2]])
+def test_two_leds_determine_the_pose_if_no_search_sees_the_third() -> None:
+    x_m, y_m, z_m = LED_PLACES[0]
+    rise_rad = math.atan2(z_m - 1.1, math.hypot(x_m - 1.5, y_m - 1.6))
+    pair = view(1.5, 1.6, -1.3)[[1, 2]]
+    assert solve(pair) is None
+    assert solve(pair, reach_rad=rise_rad + 0.001) is None
+    fix = solve(pair, reach_rad=rise_rad - 0.001)
     assert fix is not None
     assert fix.leds.tolist() == [1, 2]
     assert (fix.x_m, fix.y_m) == pytest.approx((1.5, 1.6), abs=1e-5)

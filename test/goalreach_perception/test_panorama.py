@@ -66,6 +66,15 @@ def test_spots_that_may_be_parts_of_walls_count_only_with_two_others() -> None:
     assert len(panorama.frequent_spots(5).turns_rad) == 3
 
 
+def test_spots_that_become_one_count_together() -> None:
+    panorama = Panorama(0.001)
+    for du_px in (0.0, 0.0, 8.0, 8.0, 4.0):  # half a degree is 5 px
+        add(panorama, 0.0, du_px=du_px)
+    add(panorama, 1.0)
+    found = panorama.frequent_spots(5)
+    assert found.pixels_px.tolist() == [[323.5, 239.5]]
+
+
 def test_one_spot_at_two_angles_of_the_head_is_one() -> None:
     panorama = Panorama(0.001)
     add(panorama, 0.0)
@@ -111,22 +120,26 @@ def test_the_distance_of_the_filter_from_a_pose() -> None:
     assert Acquisition(config, state, 0.7).distance2(fix, joints) == pytest.approx(expected)
 
 
-def test_leds_that_are_never_in_one_image_tell_the_pose() -> None:
+BELOW_AN_LED = Pose2(x_m=1.7, y_m=0.65, heading_rad=0.5)
+
+
+@pytest.mark.parametrize(('here', 'leds'), [(HERE, [0, 1, 2]), (BELOW_AN_LED, [0, 2])])
+def test_leds_that_are_never_in_one_image_tell_the_pose(here: Pose2, leds: list[int]) -> None:
     config, none = LocalizerConfig(), np.empty(0, np.intp)
     leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
     state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
     state.mean[PAN_BIAS] = 0.01
     acquisition, camera = Acquisition(config, state, 0.7), CameraMount(config.mount)
     odometry = Pose2(x_m=5.0, y_m=6.0, heading_rad=0.4)
-    for image in range(9):
-        led_m = leds_m[[image % 3]]
-        pan_rad = math.atan2(led_m[0, 1] - 2.0, led_m[0, 0] - 1.0) - 0.5
+    for image in range(3 * len(leds)):
+        led_m = leds_m[[leds[image % len(leds)]]]
+        pan_rad = math.atan2(led_m[0, 1] - here.y_m, led_m[0, 0] - here.x_m) - 0.5
         joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
         true = replace(joints, pan_rad=pan_rad + 0.01)
-        pixels_px = CAMERA.project(camera.points_in_camera(led_m, HERE, true))
+        pixels_px = CAMERA.project(camera.points_in_camera(led_m, here, true))
         spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=np.array([0.05]))
         found = MatchedLeds(none, spots, pixels_px, 0)
         pose = acquisition.from_panorama(found, joints, odometry, Optics(CAMERA))
-        assert (pose is None) == (image < 7)  # two are in three images
+        assert (pose is None) == (image < 3 * len(leds) - 1)  # each is in three images
     assert pose is not None
-    assert vars(pose[0]) == pytest.approx(vars(HERE))
+    assert vars(pose[0]) == pytest.approx(vars(here))
