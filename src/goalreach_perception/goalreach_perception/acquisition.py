@@ -266,7 +266,7 @@ class Acquisition:
         return float(difference @ np.linalg.solve(covariance, difference))
 
     def _solve(
-        self, spots: DirectedSpots, optics: Optics, reach_rad: float = math.inf
+        self, spots: DirectedSpots, optics: Optics, reach_rad: float | None = None
     ) -> Fix | None:
         """Return the pose and labelling that explain spots, or None."""
         return identify(

@@ -7,7 +7,6 @@ the tilt do not, so all labellings are solved on pixels and compared by chi-squa
 from dataclasses import dataclass
 import functools
 from itertools import combinations, permutations, product
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,8 @@ _PAIR, _TRIPLE = 2, 3
 _SAME_M = 0.05
 _SAME_RAD = 0.02
 """Solutions closer than this are the same. Chosen: far above the error of a converged one."""
+_LARGE_M = 0.6
+"""An LED that is nearer may be too large to be found. Chosen: of 20 mm radius."""
 _SEED_MARGIN_M = 0.6
 _MOST_SOLVED = 24
 _MOST_ITERATIONS = 12
@@ -102,13 +103,13 @@ def identify(
     *,
     arena_size_m: tuple[float, float],
     config: AssociationConfig,
-    reach_rad: float = math.inf,
+    reach_rad: float | None = None,
 ) -> Fix | None:
     """Return the one pose and labelling that explain an image or a panorama, or None.
 
     Three spots are needed, since a lamp and an LED often fit some pose; or exactly two whose pose
-    has all other LEDs so near and high that a search never sees them. None if no labelling fits,
-    or different ones do.
+    has all other LEDs so high or so near that a search may not find them. None if no labelling
+    fits, or different ones do.
 
     Args:
         geometry: Everything known.
@@ -116,19 +117,20 @@ def identify(
         sigmas_px: (n,) standard deviation of each per axis.
         arena_size_m: Width and length of the arena.
         config: When a labelling is accepted.
-        reach_rad: How far above the horizon a search sees.
+        reach_rad: How far above the horizon a search sees; None for no search.
     """
     size = min(len(pixels_px), _TRIPLE)
-    if size < _PAIR:
+    if size < _PAIR or (size < _TRIPLE and reach_rad is None):
         return None
     fits = _solve(geometry, pixels_px, sigmas_px, size, arena_size_m=arena_size_m)
     fix = None if fits is None else _choose(*fits, arena_size_m, config)
-    if fix is None or size == _TRIPLE:
+    if fix is None or reach_rad is None or size == _TRIPLE:
         return fix
     offsets_m = np.delete(geometry.leds_m[: geometry.led_count], fix.leds, axis=0)
     offsets_m -= fix.x_m, fix.y_m, geometry.camera_height_m
     rises_rad = np.arctan2(offsets_m[:, 2], np.hypot(offsets_m[:, 0], offsets_m[:, 1]))
-    return fix if fix.chi2 <= config.pair_gate and (rises_rad > reach_rad).all() else None
+    unseen = (rises_rad > reach_rad) | (np.linalg.norm(offsets_m, axis=1) < _LARGE_M)
+    return fix if fix.chi2 <= config.pair_gate and unseen.all() else None
 
 
 def _choose(
