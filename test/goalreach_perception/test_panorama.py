@@ -64,6 +64,12 @@ def test_spots_that_may_be_parts_of_walls_count_only_with_two_others() -> None:
     for _ in range(3):
         add(panorama, -1.0)
     assert len(panorama.frequent_spots(5).turns_rad) == 3
+    unsure = np.hypot(0.5, 0.5543)
+    assert panorama.frequent_spots(5).sigmas_px == pytest.approx(
+        [unsure, unsure, np.hypot(0.1, 0.5543)], abs=1e-3
+    )
+    wider = panorama.frequent_spots(5, unsure_px=4.0)
+    assert wider.sigmas_px == pytest.approx([4.0, 4.0, np.hypot(0.1, 0.5543)], abs=1e-3)
 
 
 def test_spots_that_become_one_count_together() -> None:
@@ -118,6 +124,28 @@ def test_the_distance_of_the_filter_from_a_pose() -> None:
     angle2 = 0.0004 + 1e-4 + noise.pan_tilt_bias_rad**2 + noise.pan_tilt_noise_rad**2
     expected = 0.2**2 / (0.04 + 0.04) + 0.1**2 / (0.01 + 0.02) + 0.05**2 / angle2
     assert Acquisition(config, state, 0.7).distance2(fix, joints) == pytest.approx(expected)
+
+
+def test_a_lamp_beside_an_led_is_taken_for_it_where_nothing_else_fits() -> None:
+    config, none = LocalizerConfig(), np.empty(0, np.intp)
+    leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
+    state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
+    acquisition, camera = Acquisition(config, state, 0.7), CameraMount(config.mount)
+    for sigma_px, fits in ((0.05, False), (0.5, True)):
+        acquisition.clear()
+        for image in range(9):
+            is_lamp, led_m = image % 3 == 1, leds_m[[image % 3]]
+            pan_rad = math.atan2(led_m[0, 1] - HERE.y_m, led_m[0, 0] - HERE.x_m) - 0.5
+            joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
+            pixels_px = CAMERA.project(camera.points_in_camera(led_m, HERE, joints))
+            pixels_px[:, 1] += 10.0 * is_lamp
+            sigmas_px = np.array([sigma_px if is_lamp else 0.05])
+            spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=sigmas_px)
+            found = MatchedLeds(none, spots, pixels_px, 0)
+            pose = acquisition.from_panorama(found, joints, HERE, Optics(CAMERA))
+        assert (pose is not None) == fits
+    assert pose is not None
+    assert math.hypot(pose[0].x_m - HERE.x_m, pose[0].y_m - HERE.y_m) < 0.05
 
 
 BELOW_AN_LED = Pose2(x_m=1.7, y_m=0.65, heading_rad=0.5)

@@ -34,6 +34,8 @@ _LEAST_HITS = _TRIPLE = 3
 _SURE_SIGMA_PX = 0.3
 """A spot of a larger error may be part of a wall, and two of those do not make a pose. Chosen:
 speckles of textured walls have 0.4 and more, bright LEDs 0.2."""
+_BESIDE_PX = 4.0
+"""Error of a spot that is not sure where nothing else fits: a lamp beside an LED. Chosen."""
 _UNSEEN_RAD = math.radians(5.0)
 """How far below the upper border of the highest images an LED may be missed. Chosen."""
 _SIDES_RAD = np.radians(np.arange(-75.0, 76.0, 15.0))
@@ -145,15 +147,20 @@ class Panorama:
         if len(self._spots) > _MOST:
             self._spots.remove(min(self._spots, key=lambda spot: spot.hits))
 
-    def frequent_spots(self, count: int) -> DirectedSpots:
-        """Return the spots of three images or more, the most frequent ones first."""
+    def frequent_spots(self, count: int, *, unsure_px: float = 0.0) -> DirectedSpots:
+        """Return the spots of three images or more, the most frequent ones first.
+
+        Those that are not sure have at least the standard deviation `unsure_px`.
+        """
         spots = sorted(self._spots, key=lambda spot: -spot.hits)
         spots = [spot for spot in spots if spot.hits >= _LEAST_HITS][:count]
         if len(spots) < _TRIPLE:
             spots = [spot for spot in spots if spot.is_sure]
         if not spots:
             return DirectedSpots(np.empty((0, 2)), *np.empty((3, 0)))
-        return DirectedSpots(*map(np.array, zip(*(spot.row for spot in spots), strict=True)))
+        found = DirectedSpots(*map(np.array, zip(*(spot.row for spot in spots), strict=True)))
+        least_px = [0.0 if spot.is_sure else unsure_px for spot in spots]
+        return found._replace(sigmas_px=np.maximum(found.sigmas_px, least_px))
 
 
 class Acquisition:
@@ -234,10 +241,15 @@ class Acquisition:
             late_rad=late_rad,
         ):
             return None
-        spots = self._panorama.frequent_spots(self._config.detection.maximum_spots)
         reach_rad = self._search_rad - _UNSEEN_RAD
         reach_rad += math.atan(optics.lens.centre_px[1] / optics.lens.focal_px[1])
-        if (fix := self._solve(spots, optics, reach_rad)) is None:
+        count = self._config.detection.maximum_spots
+        fix = self._solve(spots := self._panorama.frequent_spots(count), optics, reach_rad)
+        if fix is None:
+            beside = self._panorama.frequent_spots(count, unsure_px=_BESIDE_PX)
+            if (beside.sigmas_px > spots.sigmas_px).any():
+                fix = self._solve(beside, optics, reach_rad)
+        if fix is None:
             return None
         covariance = np.asarray(_PANORAMA_INFLATION * np.linalg.inv(fix.information), np.float64)
         if covariance[0, 0] + covariance[1, 1] > _PANORAMA_SIGMA_M**2:
