@@ -63,13 +63,13 @@ _SURVEY_M, _SUSPECT_M = 0.1, 0.03
 _LARGEST_GROWTH = 1000.0
 """Largest growth of variances where the model does not fit. Chosen: 2 mm become 63 mm."""
 _LARGEST_COARSE_GROWTH = 9.0
-"""Largest growth of variances at which a pose from two LEDs may be right: sigmas three times as
-large as those of the parameters. Chosen."""
+"""Largest growth of variances at which a coarse pose may be right: sigmas three times as large as
+those of the parameters. Chosen."""
 _COARSE_INFLATION = 1.7
 """Factor on the covariance of a pose after a coarse start: 1.3 on its sigmas. Chosen."""
-_PAIR_SURVEY_M = 0.045
-"""Added uncertainty of a position until an image of three LEDs confirms it: two fit a survey that
-is wrong by 4 in as well as a right one. Chosen: a tenth below what a state accepts."""
+_COARSE_SURVEY_M = 0.045
+"""Added uncertainty of a coarse position until an image of three LEDs confirms it: two fit a survey
+that is wrong by 4 in as well as a right one. Chosen: a tenth below what a state accepts."""
 _DELAY_WALK_S = 0.0005
 """Random walk of the delay, s in the square root of a second: clocks drift. Chosen."""
 _FADING_STEP_S = 1.0
@@ -188,7 +188,7 @@ class PoseFilter:
         covariance = self.covariance[:3, :3].copy()
         if self.coarse:
             covariance *= _COARSE_INFLATION
-        added_m = _PAIR_SURVEY_M if self.coarse or self.doubted else 0.0
+        added_m = _COARSE_SURVEY_M if self.coarse or self.doubted else 0.0
         if self._suspects.suspect:
             added_m = max(added_m, _SURVEY_M if self._suspects.is_place else _SUSPECT_M)
         covariance[[0, 1], [0, 1]] += added_m**2
@@ -253,7 +253,7 @@ class PoseFilter:
         """Initialize the pose; the estimates of all constants stay.
 
         Its covariance (3, 3) of x, y, heading is independent of all other states. A coarse pose is
-        too uncertain to linearize about: it comes from two LEDs or from several images.
+        too uncertain to linearize about: it comes from several images.
         """
         self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
@@ -275,7 +275,7 @@ class PoseFilter:
 
     @property
     def is_refuted(self) -> bool:
-        """Whether images contradict a coarse pose: it is another one that fits two lights."""
+        """Whether images contradict a coarse pose: it is another one that fits the lights."""
         return self.coarse and self._growth > _LARGEST_COARSE_GROWTH * self._growth_before
 
     def reset(self) -> None:
