@@ -68,8 +68,8 @@ those of the parameters. Chosen."""
 _COARSE_INFLATION = 1.7
 """Factor on the covariance of a pose after a coarse start: 1.3 on its sigmas. Chosen."""
 _COARSE_SURVEY_M = 0.045
-"""Added uncertainty of a coarse position until an image of three LEDs confirms it: two fit a survey
-that is wrong by 4 in as well as a right one. Chosen: a tenth below what a state accepts."""
+"""Added uncertainty of a coarse position until an image of three LEDs confirms it: a panorama fits
+a survey that is wrong by 4 in as well. Chosen: a tenth below what a state accepts."""
 _DELAY_WALK_S = 0.0005
 """Random walk of the delay, s in the square root of a second: clocks drift. Chosen."""
 _FADING_STEP_S = 1.0
