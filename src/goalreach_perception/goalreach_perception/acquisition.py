@@ -110,7 +110,8 @@ class Panorama:
     ) -> bool:
         """Add the spots of one image; return whether it has some and the panorama tells more.
 
-        It does if it has other spots too; a single image of two spots tells nothing.
+        It does if it has two spots or more, and others than these, or these are fewer than three:
+        an image of two is not solved alone.
 
         They are ideal pixels, (n, 2), each with a standard deviation per axis. Earlier spots are
         discarded by a displacement of the odometry, and by another `late_rad`: how far the camera
