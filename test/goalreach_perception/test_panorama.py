@@ -126,26 +126,48 @@ def test_the_distance_of_the_filter_from_a_pose() -> None:
     assert Acquisition(config, state, 0.7).distance2(fix, joints) == pytest.approx(expected)
 
 
-def test_a_lamp_beside_an_led_is_taken_for_it_where_nothing_else_fits() -> None:
-    config, none = LocalizerConfig(), np.empty(0, np.intp)
+def acquisition(pan_bias_rad: float = 0.0) -> Acquisition:
+    config = LocalizerConfig()
     leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
     state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
-    acquisition, camera = Acquisition(config, state, 0.7), CameraMount(config.mount)
+    state.mean[PAN_BIAS] = pan_bias_rad
+    return Acquisition(config, state, 0.7)
+
+
+def solve(
+    into: Acquisition,
+    led: int,
+    here: Pose2,
+    *,
+    odometry: Pose2 = HERE,
+    pan_bias_rad: float = 0.0,
+    down_px: float = 0.0,
+    sigma_px: float = 0.05,
+) -> Pose2 | None:
+    """Add an image of one LED, or of a light below it; return the pose of the panorama."""
+    config = LocalizerConfig()
+    led_m = config.landmark_array_m[[led]]
+    pan_rad = math.atan2(led_m[0, 1] - here.y_m, led_m[0, 0] - here.x_m) - 0.5
+    joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
+    true = replace(joints, pan_rad=pan_rad + pan_bias_rad)
+    pixels_px = CAMERA.project(CameraMount(config.mount).points_in_camera(led_m, here, true))
+    pixels_px[:, 1] += down_px
+    spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=np.array([sigma_px]))
+    found = MatchedLeds(np.empty(0, np.intp), spots, pixels_px, 0)
+    solved = into.from_panorama(found, joints, odometry, Optics(CAMERA))
+    return None if solved is None else solved[0]
+
+
+def test_a_lamp_beside_an_led_is_taken_for_it_where_nothing_else_fits() -> None:
     for sigma_px, fits in ((0.05, False), (0.5, True)):
-        acquisition.clear()
-        for image in range(9):
-            is_lamp, led_m = image % 3 == 1, leds_m[[image % 3]]
-            pan_rad = math.atan2(led_m[0, 1] - HERE.y_m, led_m[0, 0] - HERE.x_m) - 0.5
-            joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
-            pixels_px = CAMERA.project(camera.points_in_camera(led_m, HERE, joints))
-            pixels_px[:, 1] += 10.0 * is_lamp
-            sigmas_px = np.array([sigma_px if is_lamp else 0.05])
-            spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=sigmas_px)
-            found = MatchedLeds(none, spots, pixels_px, 0)
-            pose = acquisition.from_panorama(found, joints, HERE, Optics(CAMERA))
+        into = acquisition()
+        for _ in range(3):
+            solve(into, 0, HERE)
+            solve(into, 1, HERE, down_px=10.0, sigma_px=sigma_px)
+            pose = solve(into, 2, HERE)
         assert (pose is not None) == fits
     assert pose is not None
-    assert math.hypot(pose[0].x_m - HERE.x_m, pose[0].y_m - HERE.y_m) < 0.05
+    assert math.hypot(pose.x_m - HERE.x_m, pose.y_m - HERE.y_m) < 0.05
 
 
 BELOW_AN_LED = Pose2(x_m=1.7, y_m=0.65, heading_rad=0.5)
@@ -153,21 +175,10 @@ BELOW_AN_LED = Pose2(x_m=1.7, y_m=0.65, heading_rad=0.5)
 
 @pytest.mark.parametrize(('here', 'leds'), [(HERE, [0, 1, 2]), (BELOW_AN_LED, [0, 2])])
 def test_leds_that_are_never_in_one_image_tell_the_pose(here: Pose2, leds: list[int]) -> None:
-    config, none = LocalizerConfig(), np.empty(0, np.intp)
-    leds_m, known = config.landmark_array_m, {'camera_height_m': 1.1, 'calibrate': True}
-    state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
-    state.mean[PAN_BIAS] = 0.01
-    acquisition, camera = Acquisition(config, state, 0.7), CameraMount(config.mount)
-    odometry = Pose2(x_m=5.0, y_m=6.0, heading_rad=0.4)
+    into, odometry = acquisition(0.01), Pose2(x_m=5.0, y_m=6.0, heading_rad=0.4)
     for image in range(3 * len(leds)):
-        led_m = leds_m[[leds[image % len(leds)]]]
-        pan_rad = math.atan2(led_m[0, 1] - here.y_m, led_m[0, 0] - here.x_m) - 0.5
-        joints = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.2)
-        true = replace(joints, pan_rad=pan_rad + 0.01)
-        pixels_px = CAMERA.project(camera.points_in_camera(led_m, here, true))
-        spots = Spots.unknown(1)._replace(pixels_px=pixels_px, sigmas_px=np.array([0.05]))
-        found = MatchedLeds(none, spots, pixels_px, 0)
-        pose = acquisition.from_panorama(found, joints, odometry, Optics(CAMERA))
+        led = leds[image % len(leds)]
+        pose = solve(into, led, here, odometry=odometry, pan_bias_rad=0.01)
         assert (pose is None) == (image < 3 * len(leds) - 1)  # each is in three images
     assert pose is not None
-    assert vars(pose[0]) == pytest.approx(vars(here))
+    assert vars(pose) == pytest.approx(vars(here))

@@ -137,14 +137,14 @@ class Panorama:
 
     def _merge(self, spot: _Spot) -> None:
         """Add a spot; replace earlier ones in the same direction."""
-        apart = [
-            other
-            for other in self._spots
-            if abs(other.rise_rad - spot.rise_rad) >= _SAME_RAD
-            or abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) >= _SAME_RAD
-        ]
-        hits = sum(other.hits for other in self._spots) - sum(other.hits for other in apart)
-        self._spots = [*apart, spot._replace(hits=1 + hits)]
+        apart: list[_Spot] = []
+        for other in self._spots:
+            near = abs(other.rise_rad - spot.rise_rad) < _SAME_RAD
+            if near and abs(wrap_angle(other.azimuth_rad - spot.azimuth_rad)) < _SAME_RAD:
+                spot = spot._replace(hits=spot.hits + other.hits)
+            else:
+                apart.append(other)
+        self._spots = [*apart, spot]
         if len(self._spots) > _MOST:
             self._spots.remove(min(self._spots, key=lambda spot: spot.hits))
 
