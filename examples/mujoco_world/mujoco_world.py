@@ -53,9 +53,8 @@ OPTIONS = {
 }  # fmt: skip
 
 
-def build(options: argparse.Namespace, arena: dict[str, Any]) -> Any:
+def build(options: argparse.Namespace, arena: dict[str, Any], rng: Any) -> Any:
     """Return the MuJoCo model of robot and arena, with errors of construction."""
-    rng = np.random.default_rng(options.seed)
     spec = mujoco.MjSpec.from_file(str(HERE / f'{options.base}.xml'))
     add_lights(spec, arena, options, rng)
     add_surfaces(spec, arena, rng)
@@ -73,7 +72,8 @@ class Robot:
 
     def __init__(self, options: argparse.Namespace, arena: dict[str, Any]) -> None:
         self.options, self.synchro = options, options.base == 'nomad200'
-        self.model = model = build(options, arena)
+        rng = np.random.default_rng(options.seed)
+        self.model = model = build(options, arena, rng)
         self.data, roll, turn = mujoco.MjData(model), 1 / WHEEL_M, AXLE_M / WHEEL_M
         mix = [[roll, 0]] * 3 + [[0, 1]] * 3 if self.synchro else [[roll, -turn], [roll, turn]]
         self.mix = np.array(mix, float)  # from speed and turning rate to those of the motors
@@ -81,7 +81,6 @@ class Robot:
         self.driven = model.jnt_qposadr[model.actuator_trnid[: len(mix), 0]]
         self.columns, self.rows = model.cam_resolution[0].tolist()
         self.calibrated_px = self.rows / 2 / math.tan(math.radians(model.cam_fovy[0]) / 2)
-        rng = np.random.default_rng(options.seed)
         self.focal_px = self.calibrated_px * rng.normal(1, 0.003)
         paint_walls(model, options, rng)
         self.whole, self.view = mujoco.Renderer(model, self.rows, self.columns), mujoco.MjvOption()

@@ -22,7 +22,7 @@ TILT_RAD = 0.14
 
 def knowledge(corners: int = 0) -> FloatArray:
     """Tilt known to 0.15 deg, height to a quarter inch, LEDs to a tenth of an inch."""
-    sigmas = np.zeros(LEDS + 12 + 3 * corners)
+    sigmas = np.zeros(LEDS + 14 + 3 * corners)
     sigmas[TILT_BIAS], sigmas[HEIGHT], sigmas[LEDS:MOUNT] = 0.0026, 0.00635, 0.00254
     return np.diag(sigmas**2)
 

@@ -15,6 +15,7 @@ from goalreach_perception.measurement_model import (
     HEADING,
     HEIGHT,
     LEDS,
+    LEVEL,
     MOUNT,
     PAN_BIAS,
     TILT_BIAS,
@@ -35,6 +36,7 @@ def pixels(state: FloatArray) -> FloatArray:
     centre = np.array([state[0], state[1], 1.0 + state[HEIGHT]])
     rotation = optical_rotation(azimuth, state[TILT_BIAS])
     offsets = state[LEDS:MOUNT].reshape(-1, 3) - centre
+    offsets -= np.cross([*state[LEVEL:], 0.0], offsets)  # a base that turns by w
     return project(offsets, rotation, LENS.scaled(state[FOCAL])).pixels_px.reshape(-1)
 
 
@@ -67,7 +69,7 @@ def test_a_point_behind_the_camera_has_the_minimum_depth() -> None:
 def test_the_jacobian_is_the_derivative(
     x_m: float, y_m: float, heading: float, tilt: float, focal: float
 ) -> None:
-    state = np.zeros(LEDS + 12)
+    state = np.zeros(LEDS + 14)
     state[[0, 1, HEADING, TILT_BIAS, FOCAL]] = x_m, y_m, heading, tilt, focal
     state[LEDS:MOUNT] = LED_PLACES.reshape(-1)
     offsets = LED_PLACES - np.array([x_m, y_m, 1.0])

@@ -104,14 +104,15 @@ def test_the_lens_off_the_axis(azimuth: float, tilt: float, left_m: float) -> No
         )
 
 
-def test_only_heading_and_scale_are_linearized_at_the_first_estimates() -> None:
+def test_heading_level_and_scale_are_linearized_at_the_first_estimates() -> None:
     offsets = LEDS_M - np.array([1.5, 2.5, 1.1])
     first = offsets + np.array([0.01, -0.02, 0.03])
     now = predict_leds(offsets.tolist(), offsets.tolist(), (-1.6, 0.2), LENS.intrinsics)
     later = predict_leds(offsets.tolist(), first.tolist(), (-1.6, 0.2), LENS.intrinsics)
     then = later.by_state
     turns = now.by_state - then
-    assert np.flatnonzero(np.abs(turns).max(axis=0)).tolist() == [HEADING, PAN_BIAS, SCALE]
+    changed = np.flatnonzero(np.abs(turns).max(axis=0)).tolist()
+    assert changed == [HEADING, PAN_BIAS, SCALE, 21, 22]
     assert later.by_head == pytest.approx(now.by_head)
     # A rotation about the point below the camera moves no pixel: u_x (-y) + u_y x + turn = 0.
     for led in range(3):

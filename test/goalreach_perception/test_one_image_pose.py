@@ -33,7 +33,7 @@ def geometry(spots: int, nuisance: FloatArray | None = None) -> ImageGeometry:
         turns_rad=np.zeros(spots),
         tilts_rad=np.full(spots, TILT_RAD),
         lens=Lens.of_camera(CAMERA),
-        nuisance_covariance=np.zeros((LEDS + 12, LEDS + 12)) if nuisance is None else nuisance,
+        nuisance_covariance=np.zeros((LEDS + 14, LEDS + 14)) if nuisance is None else nuisance,
         tilt_noise_rad=0.0,
     )
 
@@ -96,7 +96,7 @@ def test_errors_reach_the_bound_and_chi_square_is_three(
 
 
 def test_uncertain_constants_reduce_the_weights_of_the_pixels() -> None:
-    nuisance = np.zeros((LEDS + 12, LEDS + 12))
+    nuisance = np.zeros((LEDS + 14, LEDS + 14))
     nuisance[TILT_BIAS, TILT_BIAS] = 0.003**2
     nuisance[HEIGHT, HEIGHT] = 0.006**2
     pose = (1.2, 3.0, -1.4)

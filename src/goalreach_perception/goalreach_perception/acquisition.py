@@ -300,6 +300,7 @@ class Acquisition:
             led_count=len(self._config.landmark_array_m),
             camera_height_m=state.camera_height_m,
             mount_m=state.mount_m,
+            level_rad=state.level_rad,
             turns_rad=turns_rad,
             tilts_rad=tilts_rad + float(state.mean[TILT_BIAS]),
             lens=optics.lens.scaled(state.focal_error),

@@ -69,7 +69,8 @@ class LandmarkLocalizer:
         self._mount = CameraMount(config.mount)
         self._head = HeadTracker(config.tracking, joints, len(self._tags))
         watch = config.watch
-        if HEAD_JOINTS[0] not in joints:
+        self._base_turns = HEAD_JOINTS[0] not in joints
+        if self._base_turns:
             watch = replace(watch, blind_after_frames=_EVER, unseen_after_frames=_EVER)
         self._monitor = PoseMonitor(watch)
         self._fixes = FixWatch()
@@ -101,6 +102,7 @@ class LandmarkLocalizer:
             tags=self._tags,
             odometry=config.odometry,
             delay_s=delay_s,
+            base_turns=self._base_turns,
         )
         highest = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=self._head.highest_search_rad)
         search_rad = self._mount.look(highest)[0].tilt_rad

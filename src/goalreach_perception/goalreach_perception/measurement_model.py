@@ -1,6 +1,6 @@
 """The measurement model: the pixel of an LED as a function of the uncertain quantities.
 
-State vector of the package, for n LEDs (12 + 3 n numbers, 21 for three; one more with a delay):
+State vector of the package, for n LEDs (14 + 3 n numbers, 23 for three; one more with a delay):
 
 | index | state | unit |
 | --- | --- | --- |
@@ -11,9 +11,10 @@ State vector of the package, for n LEDs (12 + 3 n numbers, 21 for three; one mor
 | 7 | camera height minus its nominal value | m |
 | 8 | true focal length / nominal focal length - 1 | 1 |
 | 9 + 3 i ... 11 + 3 i | x, y, z of LED i in `map`; corners of tags follow the LEDs | m |
-| -4 | delay of the images, only where they and the odometry have stamps of their own | s |
-| -3, -2 | place of the optical centre minus the nominal one: forward and left in the head | m |
-| -1 | sideways slip: speed across the wheels / (speed x turning rate) | s |
+| -6 | delay of the images, only where they and the odometry have stamps of their own | s |
+| -5, -4 | place of the optical centre minus the nominal one: forward and left in the head | m |
+| -3 | sideways slip: speed across the wheels / (speed x turning rate) | s |
+| -2, -1 | level: how far the base is turned about the axes x and y of `map` | rad |
 
 The projection is the pinhole of `goalreach_msgs_py.camera`, its derivatives are analytic.
 """
@@ -43,16 +44,20 @@ DRIFT: Final = 6
 HEIGHT: Final = 7
 FOCAL: Final = 8
 LEDS: Final = 9
-DELAY: Final = -4
-MOUNT: Final = -3
-SLIP: Final = -1
+DELAY: Final = -6
+MOUNT: Final = -5
+SLIP: Final = -3
+LEVEL: Final = -2
 
 _NAMES: Final = (
     *('x', 'y', 'heading', 'pan_joint and the yaw of camera_mount'),
     *('tilt_joint and the pitch of camera_mount', 'the distances of odom', 'the headings of odom'),
     *('camera_height_m', 'the focal length in camera_info'),
 )
-_NAMES_AFTER: Final = ('camera_delay_s', 'x of camera_mount', 'y of camera_mount', 'wheel slip')
+_NAMES_AFTER: Final = (
+    *('camera_delay_s', 'x of camera_mount', 'y of camera_mount', 'wheel slip'),
+    *('whether the base is level',) * 2,
+)
 
 MINIMUM_DEPTH_M: Final = 0.05
 """A point nearer than this, or behind the camera, has no pixel. Chosen, not from the paper."""
@@ -171,7 +176,7 @@ def offset_derivatives(led_count: int) -> FloatArray:
     """Return the derivatives of each LED relative to the camera by the state, without rotation.
 
     Returns:
-        (n, 3, 12 + 3 n): minus one for the camera's x, y and height, one for the LED itself.
+        (n, 3, 14 + 3 n): minus one for the camera's x, y and height, one for the LED itself.
     """
     derivatives = np.zeros((led_count, 3, LEDS + 3 * led_count - MOUNT))
     derivatives[:, [0, 1, 2], [0, 1, HEIGHT]] = -1.0
@@ -185,7 +190,8 @@ def state_jacobian(
 ) -> FloatArray:
     """Return the derivative of the pixels by the whole state vector: the chain rule.
 
-    A rotation of the optical axis by dA moves an LED at d by (d_y, -d_x, 0) dA as seen from it.
+    A rotation of the optical axis by dA moves an LED at d by (d_y, -d_x, 0) dA as seen from it; a
+    rotation by w about horizontal axes, by d x w.
 
     Args:
         projection: k LEDs, with or without leading batch axes.
@@ -198,6 +204,11 @@ def state_jacobian(
     by_state = derivatives.copy()
     by_state[..., 0, HEADING : PAN_BIAS + 1] = offsets_m[..., 1:2]
     by_state[..., 1, HEADING : PAN_BIAS + 1] = -offsets_m[..., :1]
+    by_state[..., 1, LEVEL], by_state[..., 2, LEVEL] = offsets_m[..., 2], -offsets_m[..., 1]
+    by_state[..., 0, LEVEL + 1], by_state[..., 2, LEVEL + 1] = (
+        -offsets_m[..., 2],
+        offsets_m[..., 0],
+    )
     jacobian: FloatArray = projection.by_offset @ by_state
     jacobian[..., TILT_BIAS] = projection.by_tilt
     jacobian[..., FOCAL] = projection.by_focal

@@ -22,11 +22,20 @@ _AXES = 0, 1
 
 
 def offsets_from(
-    places_m: Sequence[float], x_m: float, y_m: float, z_m: float
+    places_m: Sequence[float],
+    x_m: float,
+    y_m: float,
+    z_m: float,
+    level_rad: tuple[float, float] = (0.0, 0.0),
 ) -> list[tuple[float, float, float]]:
-    """Return points, given as x, y, z, x, ..., relative to another point."""
+    """Return points, given as x, y, z, x, ..., relative to a lens, as seen from a level base.
+
+    The level is a small rotation about x and y; it moves the lens by less than `mount_sigma_m`.
+    """
+    wx, wy = level_rad
     xyz = zip(places_m[::3], places_m[1::3], places_m[2::3], strict=True)
-    return [(x - x_m, y - y_m, z - z_m) for x, y, z in xyz]
+    offsets_m = ((x - x_m, y - y_m, z - z_m) for x, y, z in xyz)
+    return [(x - wy * z, y + wx * z, z + wy * x - wx * y) for x, y, z in offsets_m]
 
 
 class PredictedLeds(NamedTuple):
@@ -35,7 +44,7 @@ class PredictedLeds(NamedTuple):
     Attributes:
         pixels_px: (n, 2) pixels.
         depth_m: n distances along the optical axis, at least 0.05.
-        by_state: (2 n, 12 + 3 n) derivative by the state, rows u_0, v_0, u_1, v_1, ...
+        by_state: (2 n, 14 + 3 n) derivative by the state, rows u_0, v_0, u_1, v_1, ...
         by_head: (2 n, 2) derivative by pan and tilt at the best estimates.
     """
 
@@ -54,12 +63,13 @@ def predict_leds(
 ) -> PredictedLeds:
     """Project LEDs and differentiate by the whole state vector.
 
-    As `measurement_model.project` and `state_jacobian`, except (see `PoseFilter`) that heading
-    and pan bias have the columns of an LED at `first_m`, and the odometry scale that of the part
-    of `first_m` across the ray.
+    As `measurement_model.project` and `state_jacobian`, except (see `PoseFilter`) that heading,
+    pan bias and level have the columns of an LED at `first_m`, and the odometry scale that of the
+    part of `first_m` across the ray.
 
     Args:
-        offsets_m: n LEDs minus the point of the axis at the height of the lens, in `map`, metres.
+        offsets_m: n LEDs from the point of the axis at the height of the lens, metres, as seen
+            from a base that is level in `map`.
         first_m: The same by the first estimates.
         axis_rad: Azimuth of the optical axis in `map`, and its tilt, upward.
         intrinsics_px: Estimated focal lengths and principal point: fx, fy, cx, cy.
@@ -95,7 +105,7 @@ def _by_state(
         parts: 2 n derivatives, u and v of each LED, by x, y, z, tilt, focal, forward, left.
         first_m: n LEDs from the camera by the first estimates.
     """
-    size = 3 * len(first_m) + 12
+    size = 3 * len(first_m) + 14
     rows = [0.0] * (len(parts) * size)
     for index, (x, y, z, tilt, focal, forward, left) in enumerate(parts):
         at, led = index * size, index // 2
@@ -103,7 +113,7 @@ def _by_state(
         turn, scale = x * ty - y * tx, -(x * tx + y * ty + z * tz)
         rows[at : at + 9] = -x, -y, turn, turn, tilt, scale, 0.0, -z, focal
         rows[at + 3 * led + 9 : at + 3 * led + 12] = x, y, z
-        rows[at + size - 3 : at + size - 1] = forward, left
+        rows[at + size - 5 : at + size] = forward, left, 0.0, y * tz - z * ty, z * tx - x * tz
     return np.frombuffer(array('d', rows)).reshape(-1, size)
 
 

@@ -1,8 +1,8 @@
 """Poses from one image: closed-form initial guesses and maximum likelihood by Gauss-Newton.
 
 Many labellings are solved at once. Unknown are x, y and the azimuth of the optical axis. All other
-uncertain quantities (tilt, camera height, focal length, positions of the LEDs) enter the weights
-of the pixels, so the chi-square of a solution has 2 k - 3 degrees of freedom and its covariance is
+uncertain quantities (tilt, level, camera height, focal length, LEDs) enter the weights of the
+pixels, so the chi-square of a solution has 2 k - 3 degrees of freedom and its covariance is
 consistent. The closed forms work in the plane, with complex numbers.
 """
 
@@ -48,7 +48,8 @@ class ImageGeometry:
         turns_rad: (spots,) azimuth of the optical axis relative to the unknown azimuth: zero for
             spots of one image.
         tilts_rad: (spots,) tilt encoder reading plus estimated bias.
-        nuisance_covariance: (12 + 3 n, 12 + 3 n) covariance of the state vector without the
+        level_rad: Rotation of the base about x and y of `map`.
+        nuisance_covariance: (14 + 3 n, 14 + 3 n) covariance of the state vector without the
             delay, of which the rows from the tilt bias on are used.
         tilt_noise_rad: Noise of the tilt encoder (1 sigma).
     """
@@ -57,6 +58,7 @@ class ImageGeometry:
     led_count: int
     camera_height_m: float
     mount_m: tuple[float, float] = (0.0, 0.0)
+    level_rad: tuple[float, float] = (0.0, 0.0)
     turns_rad: FloatArray
     tilts_rad: FloatArray
     lens: Lens
@@ -75,10 +77,12 @@ class ImageGeometry:
         offsets_m[..., :2] -= poses[:, None, :2]
         offsets_m[..., 2] -= self.camera_height_m
         azimuths, tilts = poses[:, 2:] + self.turns_rad[spots], self.tilts_rad[spots]
-        rotations, seen_m = _rotations(azimuths, tilts), offsets_m
+        rotations = _rotations(azimuths, tilts)
+        wx, wy = self.level_rad
+        seen_m = offsets_m @ np.array([[1.0, 0.0, wy], [0.0, 1.0, -wx], [-wy, wx, 1.0]])
         if any(self.mount_m):
             forward, left = self.mount_m
-            seen_m = offsets_m - (forward * rotations[..., 2, :] - left * rotations[..., 0, :])
+            seen_m -= forward * rotations[..., 2, :] - left * rotations[..., 0, :]
         single = project(seen_m[:, :, None, :], rotations, self.lens)
         single.by_tilt[..., 1] += self.mount_m[0] * self.lens.focal_px[1] / single.depth_m
         return offsets_m, Projection(*(array[:, :, 0] for array in single))

@@ -10,8 +10,8 @@ the pose, so the covariance is consistent in both cases.
 A rotation of robot and LEDs together, and a change of their common scale, are unobservable.
 Derivatives taken at each new estimate let the filter gain information about them all the same
 (Huang, Mourikis and Roumeliotis, "Analysis and improvement of the consistency of extended Kalman
-filter based SLAM", ICRA 2008). As they propose, the derivatives by the heading are taken at the
-first estimates: LEDs as surveyed, positions as predicted. The remainder that keeps the scale
+filter based SLAM", ICRA 2008). As they propose, the derivatives by heading and level are taken at
+the first estimates: LEDs as surveyed, positions as predicted. The remainder that keeps the scale
 unobservable goes to the column of the odometry scale, which changes with it. All other derivatives
 are taken at the best estimates: near an LED, those at the survey would be wrong by more than the
 size of a spot.
@@ -33,7 +33,9 @@ from goalreach_perception.measurement_model import (
     FOCAL,
     HEIGHT,
     LEDS,
+    LEVEL,
     MOUNT,
+    SCALE,
     SLIP,
     Lens,
     prior_covariance,
@@ -56,6 +58,7 @@ from goalreach_perception.process_model import (
     OdometryModel,
 )
 
+_STARTED = [0, 1, 2, LEVEL, LEVEL + 1]
 _GATED = 6
 """Degrees of freedom of `joint_gate`: three LEDs."""
 _SURVEY_M, _SUSPECT_M = 0.1, 0.03
@@ -89,6 +92,7 @@ class PoseFilter:
         tags: The tags.
         odometry: Known errors of the odometry; None for none.
         delay_s: The delay of the images that was given, where it is to be estimated; else None.
+        base_turns: Whether the base turns with the heading, as that of a synchro drive does not.
 
     Attributes:
         last_innovation: Normalized innovation squared of the last correction, and its degrees of
@@ -110,17 +114,18 @@ class PoseFilter:
         tags: Sequence[Tag] = (),
         odometry: OdometryConfig | None = None,
         delay_s: float | None = None,
+        base_turns: bool = False,
     ) -> None:
         self._config, self._calibrate, self._tags = config, calibrate, tags
         self.motion = None if delay_s is None else ImageMotion(delay_s)
         self._camera_height_m, self._mount_m = camera_height_m, mount_m
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
-        after = [config.mount_sigma_m, config.mount_sigma_m, config.slip_sigma_s]
+        after = [config.mount_sigma_m] * 2 + [config.slip_sigma_s] + [config.level_sigma_rad] * 2
         after = after if delay_s is None else [config.delay_sigma_s, *after]
         self.covariance = prior_covariance(noise, len(leds_m), tags, after)
         sigmas = np.sqrt(self.covariance.diagonal())
         leds_m = np.concatenate([leds_m, *(tag.corners_m for tag in tags)])
-        self._motion = OdometryModel(len(sigmas), odometry)
+        self._motion = OdometryModel(len(sigmas), odometry, base_turns=base_turns)
         row, column = np.indices(self.covariance.shape)
         self._upper = np.minimum(row, column) * len(sigmas) + np.maximum(row, column)
         self.mean: FloatArray = np.zeros(len(sigmas))
@@ -226,6 +231,12 @@ class PoseFilter:
         return self._mount_m[0] + forward, self._mount_m[1] + left
 
     @property
+    def level_rad(self) -> tuple[float, float]:
+        """The estimated rotation of the base about x and y of `map`."""
+        about_x, about_y = self.mean[LEVEL:].tolist()
+        return about_x, about_y
+
+    @property
     def delay(self) -> DelayEstimate | None:
         """The estimated delay of the images; None where it is not estimated."""
         if self.motion is None:
@@ -242,7 +253,8 @@ class PoseFilter:
     def led_offsets_m(self) -> list[tuple[float, float, float]]:
         """The estimated LEDs minus the robot's axis at the height of the lens, n times x, y, z."""
         state = self.mean.tolist()
-        return offsets_from(state[self._places], state[0], state[1], self.camera_height_m)
+        places_m, (x_m, y_m) = state[self._places], state[:2]
+        return offsets_from(places_m, x_m, y_m, self.camera_height_m, self.level_rad)
 
     @property
     def focal_error(self) -> float:
@@ -250,19 +262,21 @@ class PoseFilter:
         return float(self.mean[FOCAL])
 
     def start(self, pose: Pose2, covariance: FloatArray, *, coarse: bool = False) -> None:
-        """Initialize the pose; the estimates of all constants stay.
+        """Initialize the pose and the level; the estimates of all constants stay.
 
         Its covariance (3, 3) of x, y, heading is independent of all other states. A coarse pose is
-        too uncertain to linearize about: it comes from several images.
+        too uncertain to linearize about: it comes from several images. Elsewhere the floor is not
+        the same, and a robot that was carried there may have been turned.
         """
         self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
         self._growth_before = self._growth
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
         self._motion.restart(pose.x_m, pose.y_m)
-        self.covariance[:3, :] = 0.0
-        self.covariance[:, :3] = 0.0
+        self.covariance[_STARTED, :] = self.covariance[:, _STARTED] = self.mean[LEVEL:] = 0.0
         self.covariance[:3, :3] = covariance
+        level = np.arange(LEVEL, 0)
+        self.covariance[level, level] = self._growth * self._config.level_sigma_rad**2
 
     def restore(self) -> None:
         """Restore the state from before the last start, to start again from a better pose.
@@ -327,16 +341,14 @@ class PoseFilter:
 
         Linearization is exact enough about a pose that is a solution of this image: `solved`.
         """
-        state = self.mean.tolist()
-        x_m, y_m, heading, pan_bias, tilt_bias, _, _, height_m, focal = state[:LEDS]
-        azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
+        x_m, y_m, heading, pan_bias, tilt_bias = self.mean[:SCALE].tolist()
+        azimuth, tilt = heading + joints.turret_rad + joints.pan_rad + pan_bias, joints.tilt_rad
         fx, fy, cx, cy = lens.intrinsics
-        intrinsics_px = fx * (1.0 + focal), fy * (1.0 + focal), cx, cy
+        intrinsics_px = fx * (1.0 + self.focal_error), fy * (1.0 + self.focal_error), cx, cy
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-        best_m = offsets_from(state[self._places], x_m, y_m, self._camera_height_m + height_m)
-        axis_rad = azimuth, joints.tilt_rad + tilt_bias
-        mount_m = self._mount_m[0] + state[MOUNT], self._mount_m[1] + state[MOUNT + 1]
-        predicted = predict_leds(best_m, first_m, axis_rad, intrinsics_px, mount_m)
+        predicted = predict_leds(
+            self.led_offsets_m, first_m, (azimuth, tilt + tilt_bias), intrinsics_px, self.mount_m
+        )
         head_sigmas_rad: FloatArray | float = (encoder := self._encoder_sigma_rad)
         if (motion := self.motion) and (delay := self.delay):
             predicted = delayed(predicted, motion, delay, heading, encoder)

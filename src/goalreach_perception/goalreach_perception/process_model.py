@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference, deg, wrap_angle
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
-from goalreach_perception.measurement_model import DRIFT, HEADING, HEIGHT, SCALE, SLIP
+from goalreach_perception.measurement_model import DRIFT, HEADING, HEIGHT, LEVEL, SCALE, SLIP
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,12 @@ class FilterConfig(Configuration):
     mount_sigma_m: float = parameter(
         0.002, 'Error of the place of the lens on the head, m (1 sigma; chosen)', within=(0.0, 1.0)
     )
+    level_sigma_rad: float = parameter(
+        0.0015,
+        'Error of the level of the base about either horizontal axis, rad (1 sigma; chosen: radii '
+        'of wheels wrong by 0.5 %, or a floor by 1.5 mm in 1 m)',
+        within=(0.0, 0.2),
+    )
     memory_s: float = parameter(
         3000.0,
         'Time constant with which biases and calibration return to their prior, s (chosen: small '
@@ -83,10 +89,14 @@ class OdometryModel:
     A rotation or a change of scale of the whole map about the origin shifts a position in
     proportion to its distance from there. To preserve that, the derivatives by heading and scale
     use the displacement between predicted positions, corrections included.
+
+    The level is that of the base: in `map` it turns with a base that turns.
     """
 
-    def __init__(self, size: int, config: OdometryConfig | None = None) -> None:
-        self._config = config or OdometryConfig()
+    def __init__(
+        self, size: int, config: OdometryConfig | None = None, *, base_turns: bool = False
+    ) -> None:
+        self._config, self._base_turns = config or OdometryConfig(), base_turns
         self._transition = np.eye(size)
         self._predicted_m = (0.0, 0.0)
 
@@ -126,10 +136,17 @@ class OdometryModel:
         matrix[0, HEADING], matrix[1, HEADING] = -north, east
         matrix[0, SCALE], matrix[1, SCALE] = east, north
         self._predicted_m = (x_m, y_m)
+        if self._base_turns:
+            cosine, sine = math.cos(turn), math.sin(turn)
+            matrix[LEVEL:, LEVEL:] = [[cosine, -sine], [sine, cosine]]
+            mean[LEVEL:] = matrix[LEVEL:, LEVEL:].dot(mean[LEVEL:])
         return distance, turn
 
     def propagate_covariance(self, covariance: FloatArray) -> FloatArray:
         """Return the covariance after the last motion, without process noise."""
+        if self._base_turns:
+            turned: FloatArray = self._transition.dot(covariance).dot(self._transition.T)
+            return turned
         pose = self._transition[:3]
         moved = pose.dot(covariance)
         propagated = covariance.copy()
