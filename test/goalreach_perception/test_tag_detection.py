@@ -85,7 +85,7 @@ def fix_of(found: MatchedLeds, sigmas_px: FloatArray, seed: Pose2) -> Fix | None
             turns_rad=np.zeros(len(found.leds)),
             tilts_rad=np.zeros(len(found.leds)),
             lens=Lens.of_camera(CAMERA),
-            nuisance_covariance=np.zeros((size + 3, size + 3)),
+            nuisance_covariance=np.zeros((size + 5, size + 5)),
             tilt_noise_rad=0.0,
         ),
         found.pixels_px,

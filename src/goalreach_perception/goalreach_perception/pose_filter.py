@@ -58,7 +58,7 @@ from goalreach_perception.process_model import (
     OdometryModel,
 )
 
-_STARTED = [0, 1, 2, LEVEL, LEVEL + 1]
+_POSE, _STARTED = [0, 1, 2], [0, 1, 2, LEVEL, LEVEL + 1]
 _GATED = 6
 """Degrees of freedom of `joint_gate`: three LEDs."""
 _SURVEY_M, _SUSPECT_M = 0.1, 0.03
@@ -120,8 +120,7 @@ class PoseFilter:
         self.motion = None if delay_s is None else ImageMotion(delay_s)
         self._camera_height_m, self._mount_m = camera_height_m, mount_m
         self._encoder_sigma_rad = noise.pan_tilt_noise_rad
-        after = [config.mount_sigma_m] * 2 + [config.slip_sigma_s] + [config.level_sigma_rad] * 2
-        after = after if delay_s is None else [config.delay_sigma_s, *after]
+        after = config.sigmas_after_landmarks(delay=delay_s is not None)
         self.covariance = prior_covariance(noise, len(leds_m), tags, after)
         sigmas = np.sqrt(self.covariance.diagonal())
         leds_m = np.concatenate([leds_m, *(tag.corners_m for tag in tags)])
@@ -216,8 +215,7 @@ class PoseFilter:
         """The covariance without the delay of the images."""
         if self.motion is None:
             return self.covariance
-        rows = np.delete(np.arange(len(self.mean)), DELAY)
-        return self.covariance[rows[:, None], rows]
+        return np.delete(np.delete(self.covariance, DELAY, axis=0), DELAY, axis=1)
 
     @property
     def leds_m(self) -> FloatArray:
@@ -275,8 +273,8 @@ class PoseFilter:
         self._motion.restart(pose.x_m, pose.y_m)
         self.covariance[_STARTED, :] = self.covariance[:, _STARTED] = self.mean[LEVEL:] = 0.0
         self.covariance[:3, :3] = covariance
-        level = np.arange(LEVEL, 0)
-        self.covariance[level, level] = self._growth * self._config.level_sigma_rad**2
+        level_var = self._growth * self._config.level_sigma_rad**2
+        np.fill_diagonal(self.covariance[LEVEL:, LEVEL:], level_var)
 
     def restore(self) -> None:
         """Restore the state from before the last start, to start again from a better pose.
@@ -332,9 +330,7 @@ class PoseFilter:
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         heading_var = self._config.heading_walk_rad_per_sqrt_m**2 * distance
         heading_var += self._config.heading_walk_rad_per_sqrt_rad**2 * abs(turn)
-        covariance[0, 0] += position_var
-        covariance[1, 1] += position_var
-        covariance[2, 2] += heading_var
+        covariance[_POSE, _POSE] += position_var, position_var, heading_var
 
     def predict_leds(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Predict the pixels of the LEDs by the nominal lens and the encoder readings.
@@ -343,8 +339,7 @@ class PoseFilter:
         """
         x_m, y_m, heading, pan_bias, tilt_bias = self.mean[:SCALE].tolist()
         azimuth, tilt = heading + joints.turret_rad + joints.pan_rad + pan_bias, joints.tilt_rad
-        fx, fy, cx, cy = lens.intrinsics
-        intrinsics_px = fx * (1.0 + self.focal_error), fy * (1.0 + self.focal_error), cx, cy
+        intrinsics_px = lens.scaled(self.focal_error).intrinsics
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
         predicted = predict_leds(
             self.led_offsets_m, first_m, (azimuth, tilt + tilt_bias), intrinsics_px, self.mount_m
@@ -361,7 +356,7 @@ class PoseFilter:
             variance = self.covariance.item
             spread_m2 = variance(0, 0) + variance(1, 1), variance(HEIGHT, HEIGHT)
             neglected = second_order_variances_px2(
-                depth_m, fx, spread_m2, encoder_sigma_rad=encoder
+                depth_m, intrinsics_px[0], spread_m2, encoder_sigma_rad=encoder
             )
             add_to_diagonal(noise, neglected)
         noise += jacobian.dot(cross)

@@ -71,6 +71,11 @@ class FilterConfig(Configuration):
         within=(1.0, None),
     )
 
+    def sigmas_after_landmarks(self, *, delay: bool) -> list[float]:
+        """Return the standard deviations of the states after the landmarks."""
+        sigmas = [*[self.mount_sigma_m] * 2, self.slip_sigma_s, *[self.level_sigma_rad] * 2]
+        return [self.delay_sigma_s, *sigmas] if delay else sigmas
+
 
 @dataclass(frozen=True, kw_only=True)
 class OdometryConfig(Configuration):
