@@ -58,6 +58,22 @@ def test_nominal_drives_stay_within_1_3_inches_and_half_a_degree() -> None:
     assert 0.5 < float(np.mean(nees)) < 6.0
 
 
+def test_the_lean_of_a_base_that_was_carried_is_not_taken_for_another_error() -> None:
+    leaning = dataclasses.replace(noise_preset('nominal'), level_error_rad=0.003)
+    positions: list[float] = []
+    nees: list[float] = []
+    for seed in range(3):
+        drive = Drive(seed, calibrate=True, robot={'noise': leaning})
+        for _ in range(4):
+            for step in tracked(list(drive.run(90))):
+                positions.append(position_error_m(step) / INCH_M)
+                nees.append(pose_nees(step.output.estimate, step.frame.truth.pose))
+            drive.kidnap()
+    assert len(positions) > 400
+    assert np.percentile(positions, 95) <= 1.0  # 1.3 were the base taken to be level
+    assert np.mean(np.array(nees) > 7.81) <= 0.05
+
+
 def test_a_kidnapped_robot_is_relocalized_and_no_wrong_pose_is_published() -> None:
     drive = Drive(7)
     for _ in range(12):

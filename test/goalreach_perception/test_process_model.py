@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 import itertools
 import math
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.values import FloatArray, Pose2
-from goalreach_perception.measurement_model import DRIFT, HEADING, SCALE, SLIP
+from goalreach_perception.measurement_model import DRIFT, HEADING, LEVEL, SCALE, SLIP
 from goalreach_perception.process_model import FadingMemory, OdometryConfig, OdometryModel
 
 MEMORY = FadingMemory(
@@ -59,6 +60,21 @@ def _in_a_bend(state: int, value: float) -> tuple[FloatArray, FloatArray]:
     before = Pose2(x_m=0.3, y_m=0.1, heading_rad=0.2)
     model.propagate_mean(mean, before, Pose2(x_m=0.5, y_m=0.2, heading_rad=0.6), 0.5)
     return mean[:3], model.propagate_covariance(prior)[:3, state]
+
+
+@pytest.mark.parametrize('base_turns', [False, True])
+def test_the_level_turns_in_the_map_with_a_base_that_turns(*, base_turns: bool) -> None:
+    model, mean, prior = OdometryModel(23, base_turns=base_turns), np.zeros(23), np.eye(23)
+    mean[LEVEL:], prior[LEVEL, LEVEL], prior[0, LEVEL] = (0.002, 0.001), 4.0, 0.5
+    prior[LEVEL, 0] = 0.5
+    before = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+    turn_rad = math.pi / 2 if base_turns else 0.0
+    model.propagate_mean(mean, before, replace(before, heading_rad=math.pi / 2))
+    turn = np.exp(1j * turn_rad) * (0.002 + 0.001j)
+    assert mean[LEVEL:] == pytest.approx([turn.real, turn.imag], abs=1e-12)
+    after = model.propagate_covariance(prior)
+    assert after.diagonal()[LEVEL:] == pytest.approx([1.0, 4.0] if base_turns else [4.0, 1.0])
+    assert after[0, LEVEL:] == pytest.approx([0.0, 0.5] if base_turns else [0.5, 0.0])
 
 
 @pytest.mark.parametrize('state', [HEADING, SCALE, DRIFT, SLIP])

@@ -29,6 +29,7 @@ def test_all_of_it_is_off_unless_asked_for() -> None:
         'texture',
         'exposure_s',
         'lens_offset_m',
+        'level_error_rad',
         'side_slip_s',
         'sample_rate_hz',
         'image_delay_s',

@@ -56,6 +56,16 @@ def test_left_and_up_by_hand() -> None:
     assert view.pixels(make_pose())[0] == pytest.approx((220.0, 190.0), abs=1e-9)
 
 
+def test_a_base_that_is_not_level_by_hand() -> None:
+    # Leaning 0.01 rad forward, about +y, the camera sees what is 2 m ahead 0.02 m further up;
+    # leaning to the right, about +x, what is 0.2 m up is 0.002 m further left.
+    view, pose = CameraView(make_camera(), led(0.0, 0.2)), make_pose()
+    forward, right = pose._replace(level_rad=(0.0, 0.01)), pose._replace(level_rad=(0.01, 0.0))
+    depth_m = 2.0 - 0.01 * 0.2
+    assert view.pixels(forward)[0] == pytest.approx((320.0, 240.0 - 500.0 * 0.22 / depth_m))
+    assert view.pixels(right)[0] == pytest.approx((320.0 - 500.0 * 0.002 / 2.0, 190.0))
+
+
 def test_distortion_by_hand() -> None:
     # x = -0.2, y = -0.1: r^2 = 0.05, so 1 + 0.1 r^2 = 1.005.
     view = CameraView(make_camera((0.1, 0.0, 0.0, 0.0, 0.0)), led(0.4, 0.2))

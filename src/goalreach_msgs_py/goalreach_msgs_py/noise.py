@@ -69,6 +69,11 @@ class NoiseModel(Configuration):
     lens_offset_m: float = parameter(
         0.0, 'Distance of the lens in front of the vertical axis, m', within=(-1.0, 1.0)
     )
+    level_error_rad: float = parameter(
+        0.0,
+        'Lean of the base, to front and side, drawn once, rad (1 sigma)',
+        within=(0.0, 0.2),
+    )
     side_slip_s: float = parameter(
         0.0,
         'Sideways slip of the tyres in a bend over its acceleration, s (soft tyres in '
@@ -105,6 +110,7 @@ _PRESETS: Final = {
         texture=0.1,
         exposure_s=0.008,
         lens_offset_m=0.005,
+        level_error_rad=0.0015,
         side_slip_s=0.005,
         sample_rate_hz=100.0,
     ),

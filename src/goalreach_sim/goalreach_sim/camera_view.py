@@ -73,6 +73,7 @@ class CameraPose(NamedTuple):
         velocity_m_per_s: (3,) velocity of the centre in `map`.
         azimuth_rad_per_s: Rate of the azimuth.
         tilt_rad_per_s: Rate of the elevation.
+        level_rad: Small rotation of the base, and of the camera with it, about x and y of `map`.
     """
 
     centre_m: FloatArray
@@ -81,6 +82,7 @@ class CameraPose(NamedTuple):
     velocity_m_per_s: FloatArray
     azimuth_rad_per_s: float
     tilt_rad_per_s: float
+    level_rad: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(eq=False)
@@ -112,10 +114,12 @@ class CameraView:
             pose.tilt_rad + time_s * pose.tilt_rad_per_s,
         ).tolist()
         moved_m = time_s * pose.velocity_m_per_s if time_s else 0.0
-        cx_m, cy_m, cz_m = (pose.centre_m + moved_m).tolist()
+        (cx_m, cy_m, cz_m), (wx, wy) = (pose.centre_m + moved_m).tolist(), pose.level_rad
         pixels = []
         for px_m, py_m, pz_m in self._points_m:
-            dx_m, dy_m, dz_m = px_m - cx_m, py_m - cy_m, pz_m - cz_m
+            east_m, north_m, dz_m = px_m - cx_m, py_m - cy_m, pz_m - cz_m
+            dx_m, dy_m = east_m - wy * dz_m, north_m + wx * dz_m
+            dz_m += wy * east_m - wx * north_m
             x_m = right[0] * dx_m + right[1] * dy_m + right[2] * dz_m
             y_m = down[0] * dx_m + down[1] * dy_m + down[2] * dz_m
             z_m = forward[0] * dx_m + forward[1] * dy_m + forward[2] * dz_m

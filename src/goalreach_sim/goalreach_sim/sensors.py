@@ -111,6 +111,7 @@ class RunErrors(NamedTuple):
         tilt_bias_rad: True tilt angle minus its encoder's.
         odometry_scale: Distance measured by the encoders over distance driven.
         drift_rad_per_m: Rotation of the base per metre driven, which the encoders miss.
+        level_rad: How far the base leans: its rotation about its own axes x and y.
     """
 
     landmark_offsets_m: FloatArray
@@ -120,11 +121,13 @@ class RunErrors(NamedTuple):
     tilt_bias_rad: float
     odometry_scale: float
     drift_rad_per_m: float
+    level_rad: tuple[float, float]
 
 
 def draw_run_errors(noise: NoiseModel, landmarks: int, rng: np.random.Generator) -> RunErrors:
     """Draw the errors of one run from normal distributions, always the same number of draws."""
     height, focal, pan, tilt, scale, drift = rng.standard_normal(6).tolist()
+    about_x, about_y = rng.spawn(1)[0].standard_normal(2).tolist()
     return RunErrors(
         landmark_offsets_m=noise.survey_error_m * rng.standard_normal((landmarks, 3)),
         camera_height_m=noise.camera_height_error_m * height,
@@ -133,4 +136,5 @@ def draw_run_errors(noise: NoiseModel, landmarks: int, rng: np.random.Generator)
         tilt_bias_rad=noise.pan_tilt_bias_rad * tilt,
         odometry_scale=1.0 + noise.odometry_scale_error * scale,
         drift_rad_per_m=noise.odometry_drift_rad_per_m * drift,
+        level_rad=(noise.level_error_rad * about_x, noise.level_error_rad * about_y),
     )

@@ -1,5 +1,6 @@
 """The simulated Nomad 200 in its arena, one camera period at a time."""
 
+import cmath
 from copy import copy
 from dataclasses import replace
 import math
@@ -95,6 +96,7 @@ class Simulator:
         self._sonar = SonarRing(config, self._rng.spawn(1)[0]) if config.sonar else None
         self._samples = self._make_samples() if config.noise.sample_rate_hz else None
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
+        self._level_rad = errors.level_rad
 
     def _make_samples(self) -> InputAligner:
         """Return what interpolates sensors with a clock of their own, and start that clock."""
@@ -288,6 +290,7 @@ class Simulator:
         centre_m = np.array([robot.x_m, robot.y_m, self._camera_height_m])
         if offset_m := self.config.noise.lens_offset_m:
             centre_m += offset_m * optical_rotation(azimuth_rad, head.tilt_rad)[2]
+        leans = complex(*self._level_rad) * cmath.rect(1.0, robot.base_yaw_rad)
         east, north = speed * math.cos(heading_rad), speed * math.sin(heading_rad)
         return CameraPose(
             centre_m=centre_m,
@@ -296,4 +299,5 @@ class Simulator:
             velocity_m_per_s=np.array([east, north, 0.0]),
             azimuth_rad_per_s=robot.turret.velocity + self.head.pan.velocity_rad_per_s,
             tilt_rad_per_s=self.head.tilt.velocity_rad_per_s,
+            level_rad=(leans.real, leans.imag),
         )
