@@ -16,6 +16,7 @@ from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.measurement_model import (
     DELAY,
     HEADING,
+    LEVEL,
     PAN_BIAS,
     TILT_BIAS,
     Lens,
@@ -300,7 +301,7 @@ class Acquisition:
             led_count=len(self._config.landmark_array_m),
             camera_height_m=state.camera_height_m,
             mount_m=state.mount_m,
-            level_rad=state.level_rad,
+            level_rad=state.mean[LEVEL:].tolist(),
             turns_rad=turns_rad,
             tilts_rad=tilts_rad + float(state.mean[TILT_BIAS]),
             lens=optics.lens.scaled(state.focal_error),

@@ -26,7 +26,7 @@ def offsets_from(
     x_m: float,
     y_m: float,
     z_m: float,
-    level_rad: tuple[float, float] = (0.0, 0.0),
+    level_rad: Sequence[float] = (0.0, 0.0),
 ) -> list[tuple[float, float, float]]:
     """Return points, given as x, y, z, x, ..., relative to a lens, as seen from a level base.
 

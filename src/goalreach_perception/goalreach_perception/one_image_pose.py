@@ -6,6 +6,7 @@ pixels, so the chi-square of a solution has 2 k - 3 degrees of freedom and its c
 consistent. The closed forms work in the plane, with complex numbers.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ class ImageGeometry:
     led_count: int
     camera_height_m: float
     mount_m: tuple[float, float] = (0.0, 0.0)
-    level_rad: tuple[float, float] = (0.0, 0.0)
+    level_rad: Sequence[float] = (0.0, 0.0)
     turns_rad: FloatArray
     tilts_rad: FloatArray
     lens: Lens

@@ -35,7 +35,6 @@ from goalreach_perception.measurement_model import (
     LEDS,
     LEVEL,
     MOUNT,
-    SCALE,
     SLIP,
     Lens,
     prior_covariance,
@@ -58,7 +57,7 @@ from goalreach_perception.process_model import (
     OdometryModel,
 )
 
-_POSE, _STARTED = [0, 1, 2], [0, 1, 2, LEVEL, LEVEL + 1]
+_STARTED = [0, 1, 2, LEVEL, LEVEL + 1]
 _GATED = 6
 """Degrees of freedom of `joint_gate`: three LEDs."""
 _SURVEY_M, _SUSPECT_M = 0.1, 0.03
@@ -229,12 +228,6 @@ class PoseFilter:
         return self._mount_m[0] + forward, self._mount_m[1] + left
 
     @property
-    def level_rad(self) -> tuple[float, float]:
-        """The estimated rotation of the base about x and y of `map`."""
-        about_x, about_y = self.mean[LEVEL:].tolist()
-        return about_x, about_y
-
-    @property
     def delay(self) -> DelayEstimate | None:
         """The estimated delay of the images; None where it is not estimated."""
         if self.motion is None:
@@ -252,7 +245,7 @@ class PoseFilter:
         """The estimated LEDs minus the robot's axis at the height of the lens, n times x, y, z."""
         state = self.mean.tolist()
         places_m, (x_m, y_m) = state[self._places], state[:2]
-        return offsets_from(places_m, x_m, y_m, self.camera_height_m, self.level_rad)
+        return offsets_from(places_m, x_m, y_m, self.camera_height_m, state[LEVEL:])
 
     @property
     def focal_error(self) -> float:
@@ -330,20 +323,26 @@ class PoseFilter:
         position_var = self._config.slip_m_per_sqrt_m**2 * distance
         heading_var = self._config.heading_walk_rad_per_sqrt_m**2 * distance
         heading_var += self._config.heading_walk_rad_per_sqrt_rad**2 * abs(turn)
-        covariance[_POSE, _POSE] += position_var, position_var, heading_var
+        covariance[0, 0] += position_var
+        covariance[1, 1] += position_var
+        covariance[2, 2] += heading_var
 
     def predict_leds(self, lens: Lens, joints: HeadAngles, *, solved: bool = False) -> Prediction:
         """Predict the pixels of the LEDs by the nominal lens and the encoder readings.
 
         Linearization is exact enough about a pose that is a solution of this image: `solved`.
         """
-        x_m, y_m, heading, pan_bias, tilt_bias = self.mean[:SCALE].tolist()
-        azimuth, tilt = heading + joints.turret_rad + joints.pan_rad + pan_bias, joints.tilt_rad
-        intrinsics_px = lens.scaled(self.focal_error).intrinsics
+        state = self.mean.tolist()
+        x_m, y_m, heading, pan_bias, tilt_bias, _, _, height_m, focal = state[:LEDS]
+        azimuth = heading + joints.turret_rad + joints.pan_rad + pan_bias
+        fx, fy, cx, cy = lens.intrinsics
+        intrinsics_px = fx * (1.0 + focal), fy * (1.0 + focal), cx, cy
         first_m = offsets_from(self._surveyed_m, x_m, y_m, self._camera_height_m)
-        predicted = predict_leds(
-            self.led_offsets_m, first_m, (azimuth, tilt + tilt_bias), intrinsics_px, self.mount_m
-        )
+        height_m += self._camera_height_m
+        best_m = offsets_from(state[self._places], x_m, y_m, height_m, state[LEVEL:])
+        axis_rad = azimuth, joints.tilt_rad + tilt_bias
+        mount_m = self._mount_m[0] + state[MOUNT], self._mount_m[1] + state[MOUNT + 1]
+        predicted = predict_leds(best_m, first_m, axis_rad, intrinsics_px, mount_m)
         head_sigmas_rad: FloatArray | float = (encoder := self._encoder_sigma_rad)
         if (motion := self.motion) and (delay := self.delay):
             predicted = delayed(predicted, motion, delay, heading, encoder)
@@ -356,7 +355,7 @@ class PoseFilter:
             variance = self.covariance.item
             spread_m2 = variance(0, 0) + variance(1, 1), variance(HEIGHT, HEIGHT)
             neglected = second_order_variances_px2(
-                depth_m, intrinsics_px[0], spread_m2, encoder_sigma_rad=encoder
+                depth_m, fx, spread_m2, encoder_sigma_rad=encoder
             )
             add_to_diagonal(noise, neglected)
         noise += jacobian.dot(cross)
