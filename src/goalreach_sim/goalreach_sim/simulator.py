@@ -60,7 +60,7 @@ class Simulator:
         """Draw the errors of a run and build robot, head and camera with them."""
         run_rng, pixel_rng, event_rng, encoder_rng = self._rng.spawn(4)
         errors = draw_run_errors(config.noise, len(config.landmark_array_m), run_rng)
-        self.config = config
+        self.config, self._level_rad = config, errors.level_rad
         self.robot = Robot(
             config.drive,
             Walls(
@@ -96,7 +96,6 @@ class Simulator:
         self._sonar = SonarRing(config, self._rng.spawn(1)[0]) if config.sonar else None
         self._samples = self._make_samples() if config.noise.sample_rate_hz else None
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
-        self._level_rad = errors.level_rad
 
     def _make_samples(self) -> InputAligner:
         """Return what interpolates sensors with a clock of their own, and start that clock."""
