@@ -54,7 +54,7 @@ class _Monitor(RunMonitor):
         self._starts = starts
         self.begin()
         self.ticked_s = time.monotonic()
-        followers = {GROUND_TRUTH: _before, POSE: _before}
+        followers = {GROUND_TRUTH: _lost, POSE: _lost}
         self._poses = InputAligner(STATE, followers, wait_s=math.inf, depth=200)
         subscribe_raw(self, PoseWithCovarianceStamped, POSE, self._on_pose, DEEP_QOS)
         subscribe_raw(self, LaserScan, BUMPERS, self._on_bumpers, DEEP_QOS)
@@ -87,16 +87,18 @@ class _Monitor(RunMonitor):
     def _compare(self, topic: str, stamp_ns: int, value: object) -> None:
         self.ticked_s = time.monotonic()
         for _, inputs in self._poses.add(topic, stamp_ns, value, self.ticked_s):
+            truth, raw_pose = inputs[GROUND_TRUTH], inputs[POSE]
+            if truth is None or raw_pose is None:
+                continue
             if state_from_raw(inputs[STATE]).confidence is not Confidence.OK:
                 continue
-            truth, estimate = inputs[GROUND_TRUTH], estimate_from_raw(inputs[POSE])
+            estimate = estimate_from_raw(raw_pose)
             error_m = math.hypot(*pose_error(estimate.pose, truth)[:2])
             self.errors.append((round(error_m, 5), round(pose_nees(estimate, truth), 3)))
 
 
-def _before(one: Any, _other: Any, _fraction: float) -> Any:
-    """Return the sample before: both topics have one at each stamp of `/state`."""
-    return one
+def _lost(_one: Any, _other: Any, _fraction: float) -> None:
+    """Return nothing between two samples: both topics have one at each stamp of `/state`."""
 
 
 def drive(
