@@ -56,7 +56,7 @@ _NAMES: Final = (
 )
 _NAMES_AFTER: Final = (
     *('camera_delay_s', 'x of camera_mount', 'y of camera_mount', 'wheel slip'),
-    *('whether the base is level',) * 2,
+    *('level of the base',) * 2,
 )
 
 MINIMUM_DEPTH_M: Final = 0.05
