@@ -6,7 +6,8 @@ import pytest
 from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_perception.pose_monitor import Mode, PoseMonitor, PoseMonitorConfig
 
-GOOD, USELESS = np.diag([0.049**2, 0.049**2, 1.0]), np.diag([0.0, 0.051**2, 0.0])
+GOOD = np.diag([0.049**2, 0.049**2, 1.0])
+USELESS = np.array([[0.0024, 0.0005, 0.0], [0.0005, 0.0024, 0.0], [0.0, 0.0, 1.0]])  # 54 mm
 
 
 def tracking() -> PoseMonitor:

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import enum
 import math
 
+import numpy as np
+
 from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
 
 _PAIR = 2
 _USELESS_M = 0.05
-"""Uncertainty of a position at which a robot stands. Chosen: just what a state accepts."""
+"""Uncertainty of a position, along its worst axis, at which a robot stands. Chosen: just what a
+state accepts."""
 _STAYS_M = 0.02
 """Farther by the odometry, a robot has moved. Chosen."""
 _PATIENCE_CHECKS = 3
@@ -200,7 +203,7 @@ class PoseMonitor:
             doubt: Covariance of a pose that images have contradicted, (3, 3); else None.
         """
         since, place = self._stays_at, (odometry.x_m, odometry.y_m)
-        if doubt is None or max(doubt[0, 0], doubt[1, 1]) <= _USELESS_M**2:
+        if doubt is None or np.linalg.eigvalsh(doubt[:2, :2])[-1] <= _USELESS_M**2:
             self._stays_at = None
         elif since is None or math.dist(since, place) > _STAYS_M:
             self._stays_at, self._stays = place, 0
