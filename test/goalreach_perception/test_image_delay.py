@@ -159,7 +159,9 @@ def test_a_delay_is_found_on_the_way_to_the_goal(
                 errors_in.append(math.hypot(error[0], error[1]) / INCH_M)
                 nees.append(pose_nees(frame.localization.estimate, frame.true_pose))
     assert np.percentile(errors_in, 95) <= 1.6
-    assert np.median(nees) < 4.0  # in the first images, the delay is a guess
+    assert np.median(nees) < 4.0
+    if late_s <= 0.1:  # beyond, a few images of a turning head are off before the delay is found
+        assert np.mean(nees) < 4.0
 
 
 def test_equal_stamps_have_no_delay() -> None:
