@@ -7,6 +7,7 @@ from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
+from goalreach_perception.measurement_model import CameraMount
 from goalreach_perception.sensor_monitor import SensorMonitor
 
 POSE = Pose2(x_m=1.8, y_m=4.0, heading_rad=-np.pi / 2)
@@ -28,11 +29,12 @@ def reported(
     image: NDArray[np.uint8] = DARK,
     lost: int = 0,
     acquired: int = 0,
+    others: LandmarkObservation = SEEN,
 ) -> list[str]:
     """Process images in which the first LED is detected or not; return the reports."""
     output = LocalizerOutput(
         estimate=PoseEstimate(pose=pose, covariance=1e-4 * np.eye(3)),
-        landmarks=(SEEN if seen else None, SEEN, SEEN),
+        landmarks=(SEEN if seen else None, others, others),
         mode='tracking',
         seen_from=(POSE, HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0)),
         reason='no light',
@@ -50,10 +52,33 @@ def reported(
     return lines
 
 
+def light_at(u_px: float, v_px: float) -> NDArray[np.uint8]:
+    rows, columns = np.indices(DARK.shape)
+    distance2 = (columns - u_px) ** 2 + (rows - v_px) ** 2
+    image: NDArray[np.uint8] = (200.0 * np.exp(-distance2 / (2.0 * 1.2**2))).astype(np.uint8)
+    return image
+
+
 def test_a_predicted_led_that_is_not_detected_is_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     assert reported(monitor, 11, seen=False) == []
     assert reported(monitor, 1, seen=False) == ['LED 0 is dark or hidden: not seen in 12 images']
+
+
+def test_an_led_beside_its_place_is_told_from_a_dark_one() -> None:
+    config = LocalizerConfig()
+    joints = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
+    seen_m = CameraMount(config.mount).points_in_camera(config.landmark_array_m, POSE, joints)
+    u_px, v_px = CAMERA.project(seen_m)[0]
+
+    def of(away_px: float, others: LandmarkObservation = SEEN) -> list[str]:
+        image = light_at(u_px, v_px + away_px)
+        return reported(SensorMonitor(config), 12, seen=False, image=image, others=others)
+
+    assert of(6.0) == ['LED 0 is seen 6 px off: check landmarks_m, camera_mount, camera_info']
+    dark = ['LED 0 is dark or hidden: not seen in 12 images']
+    assert of(14.0) == dark
+    assert of(6.0, LandmarkObservation(u_px=u_px, v_px=v_px + 6.3, peak_dn=200.0)) == dark
 
 
 def test_a_camera_that_looks_aside_expects_leds_there() -> None:
@@ -132,10 +157,7 @@ def test_poses_that_move_without_the_odometry_are_reported() -> None:
 
 def test_a_light_that_stays_where_no_led_is_expected_is_reported() -> None:
     monitor = SensorMonitor(LocalizerConfig())
-    spot = DARK.copy()
-    rows, columns = np.indices(spot.shape)
-    distance2 = (columns - 100.0) ** 2 + (rows - 400.0) ** 2
-    spot[:] = (200.0 * np.exp(-distance2 / (2.0 * 1.2**2))).astype(np.uint8)
+    spot = light_at(100.0, 400.0)
     lines = [reported(monitor, 1, seen=True, image=spot) for _ in range(120)]
     assert [line for of in lines for line in of] == ['spurious light, no LED, at pixel 100, 400']
     once = SensorMonitor(LocalizerConfig())

@@ -80,7 +80,7 @@ class SensorMonitor:
         if leds and (scan or any(seen is None for seen in leds)):
             seen_m = self._mount.points_in_camera(self._leds_m, *output.seen_from)
             pixels = camera.project(seen_m)
-            lines += self._dark(pixels, camera, leds)
+            lines += self._dark(image, pixels, camera, leds)
             if scan:
                 lines += self._spurious(image, pixels)
         else:
@@ -129,6 +129,7 @@ class SensorMonitor:
 
     def _dark(
         self,
+        image: NDArray[np.uint8],
         pixels: FloatArray,
         camera: PinholeCamera,
         leds: tuple[LandmarkObservation | None, ...],
@@ -142,8 +143,24 @@ class SensorMonitor:
             elif inside:  # the count stays while it is out of view
                 self._missing[led] += 1
                 if (count := self._missing[led]) % _DARK_FRAMES == 0:
-                    lines.append(f'LED {led} is dark or hidden: not seen in {count} images')
+                    lines.append(f'LED {led} {self._absence(image, (u, v), leds, count)}')
         return lines
+
+    def _absence(
+        self,
+        image: NDArray[np.uint8],
+        place: tuple[float, float],
+        leds: tuple[LandmarkObservation | None, ...],
+        count: int,
+    ) -> str:
+        """Return what is at the place of an LED that is missing: a light beside it, or none."""
+        spots = self._detector.in_frame(image).pixels_px
+        for seen in filter(None, leds):
+            spots = spots[np.hypot(*(spots - (seen.u_px, seen.v_px)).T) > 1.0]
+        off_px = np.hypot(*(spots - place).T).min(initial=math.inf)
+        if off_px > _MATCH_PX:
+            return f'is dark or hidden: not seen in {count} images'
+        return f'is seen {off_px:.0f} px off: check landmarks_m, camera_mount, camera_info'
 
     def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
         spots = self._detector.in_frame(image).pixels_px
