@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 import pytest
 
-from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.association import Fix
 from goalreach_perception.measurement_model import FOCAL, HEIGHT, LEDS, TILT_BIAS
 from goalreach_perception.misfit import ConstantsWatch, FixWatch, InnovationWatch
+
+HERE = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
 
 
 def test_consistent_innovations_let_nothing_grow() -> None:
@@ -29,12 +34,25 @@ def _joints(turret_rad: float, pan_rad: float) -> HeadAngles:
     return HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=0.2)
 
 
+def _fix(azimuth_rad: float, x_m: float = 1.0) -> Fix:
+    none: NDArray[np.intp] = np.empty(0, np.intp)
+    return Fix(
+        x_m=x_m,
+        y_m=2.0,
+        azimuth_rad=azimuth_rad,
+        chi2=0.0,
+        information=np.eye(3),
+        spots=none,
+        leds=none,
+    )
+
+
 @pytest.mark.parametrize(('joint', 'signs'), [('pan', (1, -1)), ('turret', (-1, 1)), ('', (1, 1))])
 def test_a_joint_of_wrong_sign_is_named(joint: str, signs: tuple[int, int]) -> None:
     watch = FixWatch()
     for turret, pan in ((0.0, 0.0), (0.7, 0.3), (0.2, -0.8), (-0.4, 0.9)):
         azimuth = math.remainder(2.0 + signs[0] * turret + signs[1] * pan, math.tau)
-        watch.add_fix(azimuth, _joints(turret, pan))
+        watch.add_fix(_fix(azimuth), HERE, _joints(turret, pan))
     assert f'the sign of {joint}_joint' in watch.reason if joint else not watch.reason
 
 
@@ -45,7 +63,7 @@ def test_lights_that_no_pose_explains_are_reported_until_one_does() -> None:
     assert not watch.reason
     watch.add_unsolved(4)
     assert 'landmarks_m' in watch.reason
-    watch.add_fix(1.0, _joints(0.0, 0.0))
+    watch.add_fix(_fix(1.0), HERE, _joints(0.0, 0.0))
     for _ in range(100):
         assert not watch.reason
         watch.add_unsolved(2)
@@ -139,5 +157,18 @@ def test_a_joint_is_named_by_two_turns_that_contradict_it(
     watch, azimuth = FixWatch(), 0.0
     for number, sign in enumerate((1, *signs)):
         azimuth += 0.3 + 0.4 * sign
-        watch.add_fix(azimuth, _joints(0.3 * number, 0.4 * number), late_rad * number)
+        joints = _joints(0.3 * number, 0.4 * number)
+        watch.add_fix(_fix(azimuth), HERE, joints, late_rad * number)
+    assert bool(watch.reason) == named
+
+
+@pytest.mark.parametrize(('driven_m', 'named'), [(0.0, False), (0.9, True), (1.0, True)])
+def test_a_robot_that_was_carried_tells_nothing_of_its_joints(
+    driven_m: float, *, named: bool
+) -> None:
+    watch = FixWatch()
+    for number in range(3):
+        fix = _fix(-0.4 * number, 1.0 + number)
+        came = replace(HERE, y_m=driven_m * number)
+        watch.add_fix(fix, came, _joints(0.0, 0.4 * number))
     assert bool(watch.reason) == named

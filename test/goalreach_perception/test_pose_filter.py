@@ -312,16 +312,32 @@ def test_images_refute_a_coarse_pose_and_what_they_told_of_constants_is_forgotte
     assert not state.is_refuted
 
 
+def test_a_doubt_and_the_growth_of_a_misfit_fade_while_images_fit() -> None:
+    state = started(calibrate=True)
+    contradict(state, lambda: bool(state.misfit))
+    state.doubt = 1.0
+    doubted = state.pose_covariance - state.covariance[:3, :3]
+    assert doubted[0, 0] > 0.04**2
+    memory_s = FilterConfig().memory_s
+    state.fade(memory_s)
+    assert state.misfit
+    assert state.doubt == pytest.approx(math.exp(-1.0))
+    for _ in range(9):
+        state.fade(memory_s)
+    assert not state.misfit
+    assert state.pose_covariance == pytest.approx(state.covariance[:3, :3], abs=1e-9)
+
+
 def test_a_model_that_did_not_fit_refutes_no_later_pose_and_is_not_forgotten_with_one() -> None:
     state = started(calibrate=True)
-    contradict(state, lambda: state._growth > 20.0)
-    grown, misfit = state._growth, state.misfit
+    contradict(state, lambda: state._memory.growth > 20.0)
+    grown, misfit = state._memory.growth, state.misfit
     state.fade(np.inf)
     prior = state.covariance[HEIGHT:, HEIGHT:].copy()
     state.start(START, np.diag([0.01, 0.01, 0.0025]), coarse=True)
     assert not state.is_refuted
     contradict(state, lambda: state.is_refuted)
-    assert state._growth > 9.0 * grown
+    assert state._memory.growth > 9.0 * grown
     state.reset()
     assert state.misfit == misfit
     assert state.covariance[HEIGHT:, HEIGHT:] == pytest.approx(prior)

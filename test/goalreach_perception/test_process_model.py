@@ -37,6 +37,21 @@ def test_an_infinite_time_restores_the_prior() -> None:
     assert covariance == pytest.approx(np.diag([4.0, 0.3]))
 
 
+@pytest.mark.parametrize('recovers', [True, False])
+def test_growth_fades_where_all_constants_do_and_outlives_a_loss(*, recovers: bool) -> None:
+    prior = np.diag([4.0, 1.0])
+    memory = FadingMemory(np.zeros(2), prior, np.array([True, recovers]), memory_s=10.0)
+    memory.growth = 5.0
+    state = np.zeros(2), 5.0 * prior
+    assert memory.fade(*state, math.inf)[1] == pytest.approx(5.0 * prior)
+    memory.fade(*state, 10.0)
+    assert memory.growth == pytest.approx(1.0 + 4.0 * math.exp(-1.0) if recovers else 5.0)
+    for _ in range(10):
+        state = memory.fade(*state, 10.0)
+    assert memory.growth == (1.0 if recovers else 5.0)
+    assert state[1] == pytest.approx(prior if recovers else 5.0 * prior)
+
+
 def test_a_turn_may_be_divided() -> None:
     """A quarter circle of 1 m radius by wheels that turn a tenth further than odometry says."""
     ends = []

@@ -44,6 +44,7 @@ _START_COVARIANCE = np.diag([9.0, 9.0, 1.0])
 _NO_LEDS = np.empty(0, dtype=np.intp)
 _TRIPLE = 3
 _EVER = 100000
+_DOUBTED = 0.5
 _LEAST_STEP_S = 0.005
 """Shorter times between two exposures tell no rates. Chosen."""
 
@@ -220,7 +221,7 @@ class LandmarkLocalizer:
                 self._head.restart_search()
                 self._counts['lost'] += self._monitor.mode is not Mode.SEARCHING
                 self._monitor.lose('odometry jumped')
-                self._filter.doubted = False
+                self._filter.doubt = 0.0
             elif self._monitor.mode is not Mode.SEARCHING:
                 self._filter.fade(abs(dt_s))
                 self._filter.predict(before, now, dt_s)
@@ -274,7 +275,8 @@ class LandmarkLocalizer:
             self._monitor.lose('images contradict the pose')
         if self._monitor.mode is Mode.SEARCHING:
             self._counts['lost'] += 1
-            self._filter.doubted |= useless
+            if useless:
+                self._filter.doubt = 1.0
             if useless or self._filter.is_refuted:
                 self._filter.reset()
             self._filter.fade(math.inf)
@@ -317,8 +319,7 @@ class LandmarkLocalizer:
     ) -> MatchedLeds | None:
         """Restart the filter if this image alone, or a panorama, determines the pose."""
         if fix := self._fix(tags, joints, optics):
-            late_rad = self._filter.late_rad
-            self._fixes.add_fix(fix.azimuth_rad - odometry.heading_rad, joints, late_rad)
+            self._fixes.add_fix(fix, odometry, joints, self._filter.late_rad)
             self._restart(fix, tags, joints, optics)
             return tags
         return self._acquire_leds(image, tags, joints, odometry, optics)
@@ -340,8 +341,7 @@ class LandmarkLocalizer:
             ):
                 self._start(*start, leds=None)
             return None
-        late_rad = self._filter.late_rad
-        self._fixes.add_fix(fix.azimuth_rad - odometry.heading_rad, joints, late_rad)
+        self._fixes.add_fix(fix, odometry, joints, self._filter.late_rad)
         rows = fix.spots.tolist()
         matched = MatchedLeds(fix.leds, spots.select(rows), unmatched.pixels_px[rows], len(rows))
         self._restart(fix, matched, joints, optics)
@@ -351,7 +351,7 @@ class LandmarkLocalizer:
         """Start filter and monitor at a pose."""
         self._filter.start(pose, covariance, coarse=leds is None)
         self._counts['acquired'] += 1
-        self._monitor.start(leds, again=self._filter.doubted)
+        self._monitor.start(leds, again=self._filter.doubt > _DOUBTED)
 
     def _restart(self, fix: Fix, matched: MatchedLeds, joints: HeadAngles, optics: Optics) -> None:
         """Start the filter at a fix and correct it by the image of the fix."""

@@ -6,13 +6,15 @@ constants included, until they fit (a fading-memory filter that fades only when 
 al., "Adaptive fading Kalman filter with an application", Automatica 1994).
 """
 
+import math
 from statistics import NormalDist
 from typing import Final
 
 import numpy as np
 
 from goalreach_msgs_py.angles import wrap_angle
-from goalreach_msgs_py.values import FloatArray, HeadAngles
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
+from goalreach_perception.association import Fix
 from goalreach_perception.measurement_model import HEADING
 from goalreach_perception.measurement_prediction import equivalent_gate
 
@@ -39,6 +41,9 @@ no light or one. Chosen: a head that turns finds LEDs in 3 s, or 75 images."""
 _DISAGREES_RAD, _AGREES_RAD = 0.15, 0.05
 _LATE_RAD = 0.02
 _VOTES = 2
+_CARRIED_M = 0.2
+"""Largest difference of two distances of a robot that was not carried. Chosen: ten times the error
+of a fix."""
 _ADVICE = (
     'no two LEDs are seen in any direction: check the sign of tilt_joint, the LEDs, the exposure '
     'of the camera and the image'
@@ -114,7 +119,7 @@ class FixWatch:
     """Finds joints of wrong sign from poses of single images, and lights that no pose explains."""
 
     def __init__(self) -> None:
-        self._last: tuple[float, HeadAngles, float] | None = None
+        self._last: tuple[Fix, Pose2, HeadAngles, float] | None = None
         self._votes = {'turret': 0, 'pan': 0}
         self._unsolved = self._unlit = 0
 
@@ -147,24 +152,33 @@ class FixWatch:
         """Count an image whose lights a pose explains."""
         self._unsolved = self._unlit = 0
 
-    def add_fix(self, azimuth_rad: float, joints: HeadAngles, late_rad: float = 0.0) -> None:
+    def add_fix(
+        self, fix: Fix, odometry: Pose2, joints: HeadAngles, late_rad: float = 0.0
+    ) -> None:
         """Compare the camera's turn from one fix to the next with that of the joints.
 
-        The azimuth is that of the camera by the image, minus the heading of the odometry.
-        `late_rad` is how far the camera turns in the time by which the image may be late; only
-        fixes of the same are compared.
+        Only fixes of the same `late_rad` are compared, which is how far the camera turns in the
+        time by which the image may be late; and only those as far apart as the odometry says: a
+        robot that was carried has been turned, too.
         """
         self.add_solved()
-        if self._last is not None and abs(self._last[2] - late_rad) < _LATE_RAD:
-            before_rad, before, _ = self._last
-            turret, pan = joints.turret_rad - before.turret_rad, joints.pan_rad - before.pan_rad
-            rest = wrap_angle(azimuth_rad - before_rad - turret - pan)
-            turns = {'turret': turret, 'pan': pan}
-            if abs(rest) < _AGREES_RAD < abs(turret) and abs(pan) > _AGREES_RAD:
-                self._votes = dict.fromkeys(turns, 0)
-            fits = [
-                j for j, turn in turns.items() if abs(wrap_angle(rest + 2 * turn)) < _AGREES_RAD
-            ]
-            if abs(rest) > _DISAGREES_RAD and len(fits) == 1:
-                self._votes[fits[0]] += 1
-        self._last = azimuth_rad, joints, late_rad
+        last, self._last = self._last, (fix, odometry, joints, late_rad)
+        if last is None or abs(last[3] - late_rad) >= _LATE_RAD:
+            return
+        fix_before, odometry_before, before, _ = last
+        moved_m = math.hypot(fix.x_m - fix_before.x_m, fix.y_m - fix_before.y_m)
+        driven_m = math.hypot(
+            odometry.x_m - odometry_before.x_m, odometry.y_m - odometry_before.y_m
+        )
+        if abs(moved_m - driven_m) > _CARRIED_M:
+            return
+        turn = fix.azimuth_rad - fix_before.azimuth_rad
+        turn -= odometry.heading_rad - odometry_before.heading_rad
+        turret, pan = joints.turret_rad - before.turret_rad, joints.pan_rad - before.pan_rad
+        rest = wrap_angle(turn - turret - pan)
+        turns = {'turret': turret, 'pan': pan}
+        if abs(rest) < _AGREES_RAD < abs(turret) and abs(pan) > _AGREES_RAD:
+            self._votes = dict.fromkeys(turns, 0)
+        fits = [j for j, turn in turns.items() if abs(wrap_angle(rest + 2 * turn)) < _AGREES_RAD]
+        if abs(rest) > _DISAGREES_RAD and len(fits) == 1:
+            self._votes[fits[0]] += 1

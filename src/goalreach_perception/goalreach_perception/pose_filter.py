@@ -97,7 +97,7 @@ class PoseFilter:
         last_innovation: Normalized innovation squared of the last correction, and its degrees of
             freedom; for studies of consistency.
         coarse: Whether the pose was initialized from too little for a linear filter.
-        doubted: Whether one before was contradicted; a jump of the odometry clears it.
+        doubt: 1 once a pose was contradicted; it fades, and a jump of the odometry clears it.
         motion: How the camera moves, kept up to date by the user where the delay is estimated.
     """
 
@@ -137,9 +137,9 @@ class PoseFilter:
         self._memory = FadingMemory(self.mean, self.covariance, fading, config.memory_s)
         self._surveyed_m: list[float] = leds_m.reshape(-1).tolist()
         self._before: tuple[FloatArray, FloatArray] = self.mean, self.covariance
-        self.last_innovation, self.coarse, self.doubted = (0.0, 0), False, False
+        self.last_innovation, self.coarse, self.doubt = (0.0, 0), False, 0.0
         self._watch, self._unfaded_s = InnovationWatch(), 0.0
-        self._growth = self._growth_before = 1.0
+        self._growth_before = 1.0
         self._suspects = ConstantsWatch(self.mean, sigmas, self._places)
 
     def joint_gate(self, landmarks: int) -> float:
@@ -149,7 +149,7 @@ class PoseFilter:
     @property
     def fits(self) -> bool:
         """Whether no innovation has contradicted the covariance, and no constant is suspect."""
-        return self._growth == 1.0 and not self._suspects.suspect
+        return self._memory.growth == 1.0 and not self._suspects.suspect
 
     @property
     def misfit(self) -> str:
@@ -158,9 +158,9 @@ class PoseFilter:
             return ''
         suspect, landmarks = self._suspects.suspect, len(self._surveyed_m) // 3
         name = state_name(suspect, len(self.mean), landmarks, self._tags)
-        first = f'{name} first, ' if suspect else ''
+        first, grew = f'{name} first, ' if suspect else '', self._memory.growth**0.5
         return (
-            f'the model does not fit the images, sigmas grew {self._growth**0.5:.1f} times: check '
+            f'the model does not fit the images, sigmas grew {grew:.1f} times: check '
             f'{first}camera_mount, landmarks_m, camera_info, wheel slip, signs of joints'
         )
 
@@ -168,10 +168,10 @@ class PoseFilter:
         """Let the covariance grow where innovations contradict it; return whether it did."""
         if self.is_unsettled:
             return False
-        growth = min(self._watch.add(distance2, freedom), _LARGEST_GROWTH / self._growth)
+        limit = _LARGEST_GROWTH / self._memory.growth
+        growth = min(self._watch.add(distance2, freedom), limit)
         if growth > 1.0:
-            self._growth *= growth
-            self._memory.grow(growth)
+            self._memory.growth *= growth
             self.covariance *= growth
         return growth > 1.0
 
@@ -191,7 +191,7 @@ class PoseFilter:
         covariance = self.covariance[:3, :3].copy()
         if self.coarse:
             covariance *= _COARSE_INFLATION
-        added_m = _COARSE_SURVEY_M if self.coarse or self.doubted else 0.0
+        added_m = _COARSE_SURVEY_M * (1.0 if self.coarse else self.doubt)
         if self._suspects.suspect:
             added_m = max(added_m, _SURVEY_M if self._suspects.is_place else _SUSPECT_M)
         covariance[[0, 1], [0, 1]] += added_m**2
@@ -261,12 +261,12 @@ class PoseFilter:
         """
         self.coarse = coarse
         self._before = self.mean.copy(), self.covariance.copy()
-        self._growth_before = self._growth
+        self._growth_before = self._memory.growth
         self.mean[:3] = pose.x_m, pose.y_m, wrap_angle(pose.heading_rad)
         self._motion.restart(pose.x_m, pose.y_m)
         self.covariance[_STARTED, :] = self.covariance[:, _STARTED] = self.mean[LEVEL:] = 0.0
         self.covariance[:3, :3] = covariance
-        level_var = self._growth * self._config.level_sigma_rad**2
+        level_var = self._memory.growth * self._config.level_sigma_rad**2
         np.fill_diagonal(self.covariance[LEVEL:, LEVEL:], level_var)
 
     def restore(self) -> None:
@@ -275,13 +275,12 @@ class PoseFilter:
         That innovations of a coarse pose contradicted it tells nothing of the model.
         """
         self.mean, self.covariance = self._before
-        self._memory.grow(self._growth_before / self._growth)
-        self._growth, self._watch = self._growth_before, InnovationWatch()
+        self._memory.growth, self._watch = self._growth_before, InnovationWatch()
 
     @property
     def is_refuted(self) -> bool:
         """Whether images contradict a coarse pose: it is another one that fits the lights."""
-        return self.coarse and self._growth > _LARGEST_COARSE_GROWTH * self._growth_before
+        return self.coarse and self._memory.growth > _LARGEST_COARSE_GROWTH * self._growth_before
 
     def reset(self) -> None:
         """Forget what images told of constants, growth included: a wrong pose explained them.
@@ -289,10 +288,10 @@ class PoseFilter:
         What they told before a pose that is refuted still counts.
         """
         growth = self._growth_before if self.is_refuted else 1.0
-        self._memory.grow(growth / self._growth)
-        self.covariance *= growth / self._growth  # of constants that are only considered, too
+        self.covariance *= growth / self._memory.growth  # of considered constants, too
+        self._memory.growth = growth
         self.fade(math.inf)
-        self._growth, self._suspects.suspect = growth, 0
+        self._suspects.suspect = 0
 
     def forget_all_but_delay(self) -> None:
         """Forget what images told of constants while the delay was taken for other errors."""
@@ -301,7 +300,7 @@ class PoseFilter:
         self.mean[DELAY], self.covariance[DELAY, DELAY] = known
 
     def fade(self, dt_s: float) -> None:
-        """Let constants fade towards their prior; an infinite time restores it."""
+        """Let constants fade towards their prior, and doubts; an infinite time restores it."""
         self._unfaded_s += dt_s
         if self._unfaded_s >= _FADING_STEP_S:
             if not self.is_unsettled:
@@ -309,8 +308,10 @@ class PoseFilter:
             self.mean, self.covariance = self._memory.fade(
                 self.mean, self.covariance, self._unfaded_s
             )
-            if self.motion is not None and self._unfaded_s < math.inf:
-                self.covariance[DELAY, DELAY] += _DELAY_WALK_S**2 * self._unfaded_s
+            if self._unfaded_s < math.inf:
+                self.doubt *= math.exp(-self._unfaded_s / self._config.memory_s)
+                if self.motion is not None:
+                    self.covariance[DELAY, DELAY] += _DELAY_WALK_S**2 * self._unfaded_s
             self._unfaded_s = 0.0
 
     def predict(self, before: Pose2, after: Pose2, dt_s: float = np.inf) -> None:

@@ -11,6 +11,9 @@ from goalreach_msgs_py.parameters import Configuration, parameter
 from goalreach_msgs_py.values import FloatArray, Pose2
 from goalreach_perception.measurement_model import DRIFT, HEADING, HEIGHT, LEVEL, SCALE, SLIP
 
+_GROWN = 1.05
+"""A smaller growth of variances is none. Chosen."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FilterConfig(Configuration):
@@ -166,26 +169,32 @@ class FadingMemory:
 
     With a = exp(-dt / memory), the mean m becomes m0 + a (m - m0) and the covariance P becomes
     a^2 P + (1 - a^2) P0, for the states that fade. Errors that repeat from image to image then do
-    not accumulate into false certainty, and no estimate drifts without bound.
+    not accumulate into false certainty, and no estimate drifts without bound. Where all constants
+    fade, so does the growth of P0.
+
+    Attributes:
+        growth: Factor on the given prior variances, where the model did not fit; else 1.
     """
 
     def __init__(
         self, mean: FloatArray, prior: FloatArray, fading: NDArray[np.bool_], memory_s: float
     ) -> None:
         self._mean = mean.copy()
-        self._prior = prior.copy()
+        self._given = prior.copy()
         self._fading = fading
+        self._recovers = bool(fading[prior.diagonal() > 0.0].all())
         self._memory_s = memory_s
-
-    def grow(self, factor: float) -> None:
-        """Multiply the prior variances."""
-        self._prior *= factor
+        self.growth = 1.0
 
     def fade(
         self, mean: FloatArray, covariance: FloatArray, dt_s: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance after some time; an infinite time restores the prior."""
-        keep = np.where(self._fading, math.exp(-dt_s / self._memory_s), 1.0)
+        fraction = math.exp(-dt_s / self._memory_s)
+        if fraction > 0.0 and self._recovers:
+            growth = 1.0 + fraction * (self.growth - 1.0)
+            self.growth = growth if growth > _GROWN else 1.0
+        keep = np.where(self._fading, fraction, 1.0)
         kept = np.outer(keep, keep)
-        gained = (1.0 - kept) * self._prior
+        gained = (1.0 - kept) * (self.growth * self._given)
         return self._mean + keep * (mean - self._mean), kept * covariance + gained
