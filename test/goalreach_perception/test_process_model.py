@@ -42,7 +42,7 @@ def test_growth_fades_where_all_constants_do_and_outlives_a_loss(*, recovers: bo
     prior = np.diag([4.0, 1.0])
     memory = FadingMemory(np.zeros(2), prior, np.array([True, recovers]), memory_s=10.0)
     memory.growth = 5.0
-    state = np.zeros(2), 5.0 * prior
+    state: tuple[FloatArray, FloatArray] = np.zeros(2), 5.0 * prior
     assert memory.fade(*state, math.inf)[1] == pytest.approx(5.0 * prior)
     memory.fade(*state, 10.0)
     assert memory.growth == pytest.approx(1.0 + 4.0 * math.exp(-1.0) if recovers else 5.0)
