@@ -145,3 +145,65 @@ def test_an_outcome_that_comes_twice_counts_once() -> None:
     assert len(evaluator.add_outcome(1, 0, PathOutcome.BUMP)) == 1
     assert not evaluator.add_outcome(1, 0, PathOutcome.BUMP)
     assert not evaluator.evaluate_pending()
+
+
+@pytest.mark.parametrize(('x_m', 'y_m'), [(0.5, 3.0), (1.7, 3.0), (3.0, 0.5)])
+def test_a_goal_in_any_other_region_is_false(x_m: float, y_m: float) -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert not evaluator.add_tick(tick(1, x_m, y_m))
+    (result,) = judged(evaluator.add_outcome(1, 0, PathOutcome.GOAL))
+    assert result.outcome == 'false-goal'
+
+
+def test_a_path_begins_where_a_person_has_put_the_robot() -> None:
+    evaluator = PathEvaluator([], REGIONS)
+    carried = [(1.6, 3.6), (1.1, 3.1), (1.0, 3.0), (0.9, 2.9)]
+    for stamp, (x_m, y_m) in enumerate(carried, 1):
+        assert not evaluator.add_tick(tick(stamp, x_m, y_m))
+    (result,) = judged(evaluator.add_outcome(4, 0, PathOutcome.BUMP))
+    assert result.start == Pose2(x_m=1.1, y_m=3.1, heading_rad=0.0)
+    assert result.length_m == pytest.approx(2 * 0.02**0.5)
+
+
+def test_where_the_robot_is_placed_a_jump_is_part_of_its_path() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    for each in (tick(1, 1.0, 3.0), tick(2, 0.5, 3.0), tick(3, 0.5, 2.5), tick(4, 0.5, 2.4)):
+        assert not evaluator.add_tick(each)
+    _, *others = evaluator.add_outcome(4, 1, PathOutcome.BUMP)
+    (result,) = judged(others)
+    assert result.length_m == pytest.approx(0.6)
+
+
+def test_each_path_that_was_not_heard_is_counted_and_starts_repeat() -> None:
+    other = Pose2(x_m=0.5, y_m=1.5, heading_rad=0.0)
+    evaluator = PathEvaluator([START, other], REGIONS, path=3)
+    for each in (tick(1, 0.5, 3.0), tick(2, 0.5, 1.5), tick(3, 0.5, 1.4)):
+        assert not evaluator.add_tick(each)
+    *skipped, result = evaluator.add_outcome(3, 5, PathOutcome.BUMP)
+    assert skipped == [None, None]
+    assert result is not None
+    assert (result.start, result.length_m) == (other, pytest.approx(0.1))
+    assert evaluator.path == 6
+
+
+def test_a_repeated_tick_or_one_of_before_is_ignored() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert evaluator.last == (0, None)
+    assert not evaluator.add_tick(tick(2, 0.5, 3.0))
+    assert evaluator.has_begun
+    evaluator.begin_path()
+    for stamp in (1, 2):
+        assert not evaluator.add_tick(tick(stamp, 0.6, 3.0))
+        assert not evaluator.has_begun
+    assert evaluator.last == (2, START)
+
+
+def test_a_restarted_clock_counts_from_its_new_stamps() -> None:
+    evaluator = PathEvaluator([START], REGIONS)
+    assert not evaluator.add_tick(tick(9, 0.5, 3.0))
+    assert not evaluator.add_outcome(10, 0, PathOutcome.BUMP)
+    evaluator.restart_clock()
+    assert (evaluator.has_begun, evaluator.last) == (False, (0, START))
+    assert not evaluator.add_tick(tick(1, 0.5, 3.0))
+    (result,) = judged(evaluator.add_outcome(1, 0, PathOutcome.TIMEOUT))
+    assert (result.outcome, result.duration_s) == ('timeout', 0.0)
