@@ -1,5 +1,6 @@
 """The command line as a person meets it."""
 
+import dataclasses
 import os
 from pathlib import Path
 import subprocess
@@ -7,7 +8,9 @@ import sys
 
 import pytest
 
-from goalreach_bringup.cli import COMMANDS, main
+from goalreach_bringup.cli import COMMANDS, load_command, main
+from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.options import CommandOptions
 
 
 @pytest.mark.parametrize('command', COMMANDS)
@@ -66,3 +69,56 @@ def test_a_reader_that_goes_away_is_no_error(unbuffered: str, tmp_path: Path) ->
     train.stdout.close()
     assert train.stderr.read() == ''
     train.wait(30.0)
+
+
+def options_of(command: str) -> list[type[CommandOptions]]:
+    """Return the options of a command and of its sub-commands that our parser reads."""
+    loaded = load_command(command)
+    found = [one.options for one in (loaded, *loaded.subcommands.values())]
+    return [options for options in found if issubclass(options, CommandOptions)]
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_options_are_values_and_a_flag_is_off_until_it_is_given(command: str) -> None:
+    for options in options_of(command):
+        for each in dataclasses.fields(options):
+            assert each.kw_only, each.name
+            assert each.default is not True, each.name
+        given = {each.name: Path('a') for each in dataclasses.fields(options) if required(each)}
+        made = options(**given)
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            made.added = 1  # type: ignore[attr-defined]
+
+
+def required(field: dataclasses.Field[object]) -> bool:
+    return field.default is field.default_factory is dataclasses.MISSING
+
+
+@pytest.mark.parametrize(
+    ('words', 'least', 'most'),
+    [
+        ('evaluate --jobs', 1, None),
+        ('sweep --results x --seeds', 1, None),
+        ('sweep --results x --drives', 1, None),
+        ('sweep --results x --limit', 1, None),
+        ('sweep --results x --after', 0, None),
+        ('sweep --results x --jobs', 1, None),
+        ('check-robot --duration', 1.0, None),
+        ('calibrate --side', 0.3, 10.0),
+        ('dashboard --port', 0, 65535),
+        ('dashboard --listener', 0, None),
+        ('run --paths', 0, None),
+        ('run --seed', 0, 2**31 - 1),
+    ],
+)
+def test_a_number_is_accepted_within_its_bounds(
+    words: str, least: float, most: float | None
+) -> None:
+    name, *arguments = words.split()
+    command, option = load_command(name), arguments[-1]
+    for value in (least, *([] if most is None else [most])):
+        command.parse(name, [*arguments, str(value)])
+    step = type(least)(1) if isinstance(least, int) else 0.01
+    for value in (least - step, *([] if most is None else [most + step])):
+        with pytest.raises(ConfigurationError, match=f'{option} = '):
+            command.parse(name, [*arguments, str(value)])
