@@ -2,13 +2,21 @@
 
 from dataclasses import replace
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from goalreach_bringup.launch.learning_run import LearningRun
 from goalreach_bringup.launch.options import RunOptions, parse_start
-from goalreach_bringup.launch.plan import choose_starts, plan_parameters
+from goalreach_bringup.launch.plan import (
+    ExternalNodes,
+    choose_starts,
+    plan_parameters,
+    standalone_parameters,
+)
 from goalreach_evaluation.starts import RunSeeds
+from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameter_file import NodeParameters
@@ -127,3 +135,163 @@ def test_seeds_are_independent_and_repeatable() -> None:
     seeds = RunSeeds.spawn(7)
     assert seeds == OPTIONS.seeds
     assert len({seeds.simulator, seeds.controller, seeds.starts, seeds.training}) == 4
+
+
+def test_a_start_on_the_free_floor_is_where_paths_begin() -> None:
+    poses = (parse_start('1.0,3.0,0'), parse_start('2.0,3.0,90'))
+    assert choose_starts(replace(OPTIONS, start_poses=poses), ARENA) == poses
+    assert planned(start_poses=poses)[CONTROLLER]['starts'] == (1, 3, 0, 2, 3, math.pi / 2)
+
+
+def test_a_run_that_learns_drives_the_starts_in_order() -> None:
+    options = RunOptions(learn=True, policy='new.json')
+    assert choose_starts(options, ARENA) == ARENA.starts
+
+
+def test_parameters_that_every_node_has_are_accepted() -> None:
+    user = {'use_sim_time': True, 'qos_overrides./odom.publisher.depth': 5}
+    assert planned({ROBOT: user})[ROBOT].items() >= user.items()
+
+
+@pytest.mark.parametrize(
+    ('behaviors', 'wanted', 'sonar'),
+    [
+        (None, False, False),
+        (None, True, True),
+        ('goal', False, False),
+        ('first(escape, goal)', False, True),
+        ('avoid', False, True),
+    ],
+)
+def test_behaviors_other_than_the_goal_need_the_sonar(
+    behaviors: str | None, wanted: object, sonar: object
+) -> None:
+    assert planned({ROBOT: {'sonar': wanted}}, behaviors=behaviors)[ROBOT]['sonar'] is sonar
+
+
+@pytest.mark.parametrize(('requested', 'paths'), [(0, 66), (3, 10), (100, 66)])
+def test_learning_goes_on_in_its_file(requested: int, paths: int) -> None:
+    options = RunOptions(learn=True, policy='new.json', paths=requested)
+    policy = Policy.unlearned(ARENA.regions)
+    learning = LearningRun(policy=policy, first_path=7, trials=3, learner='sarsa')
+    parameters = plan_parameters(
+        options, arena=ARENA, starts=ARENA.starts, policy_path='new.json', user={},
+        learning=learning,
+    )[CONTROLLER]  # fmt: skip
+    expected = {
+        'policy': 'new.json', 'policy_out': 'new.json', 'first_path': 7, 'paths': paths,
+        'learn': True, 'learner': 'sarsa',
+    }  # fmt: skip
+    assert parameters.items() >= expected.items()
+
+
+def test_a_run_that_does_not_learn_begins_with_the_first_path_and_writes_no_policy() -> None:
+    parameters = planned(paths=5)[CONTROLLER]
+    expected = {'policy_out': '', 'first_path': 0, 'paths': 5, 'learn': False}
+    assert parameters.items() >= expected.items()
+    assert planned({CONTROLLER: {'learn': True}})[CONTROLLER]['learn'] is True
+
+
+def test_nodes_of_a_launch_file_wait_for_whom_the_file_names(tmp_path: Path) -> None:
+    path = tmp_path / 'params.yaml'
+    path.write_text(
+        'nomad200: {ros__parameters: {consumers: a}}\n'
+        'goal_reaching_controller: {ros__parameters: {consumer: b}}\n'
+    )
+    parameters = standalone_parameters(RunOptions(params_file=path, clock='lockstep'))
+    assert parameters[ROBOT]['consumers'] == 'a'
+    assert parameters[CONTROLLER]['consumer'] == 'b'
+
+
+@pytest.mark.parametrize(
+    ('external', 'started'),
+    [
+        (ExternalNodes(), NODES),
+        (ExternalNodes(names=(ROBOT, LOCALIZER)), (ESTIMATOR, CONTROLLER)),
+        (ExternalNodes(names=(CONTROLLER,)), (ROBOT, LOCALIZER, ESTIMATOR)),
+        (ExternalNodes(names=(CONTROLLER,), only_drives=True), NODES),
+        (ExternalNodes(names=(ROBOT, CONTROLLER), only_drives=True), NODES[1:]),
+    ],
+)
+def test_what_others_replace_is_not_started(
+    external: ExternalNodes, started: tuple[str, ...]
+) -> None:
+    assert external.started == started
+
+
+@pytest.mark.parametrize(
+    ('external', 'service', 'clock', 'changes'),
+    [
+        (ExternalNodes(), '', 'realtime', {}),
+        (ExternalNodes(names=(LOCALIZER,)), '', 'realtime', {}),
+        (ExternalNodes(names=(ROBOT,)), '', 'lockstep', {}),
+        (ExternalNodes(names=(ROBOT,)), '', 'realtime', {'stop_after_s': 0.5}),
+        (
+            ExternalNodes(names=(ROBOT,), has_reset=False), '', 'lockstep',
+            {'starts': (), 'placement_service': ''},
+        ),
+        (
+            ExternalNodes(names=(ROBOT,)), '/put', 'lockstep',
+            {'starts': (), 'placement_service': '/put'},
+        ),
+    ],
+)  # fmt: skip
+def test_the_controller_is_told_who_places_and_who_stops_the_robot(
+    external: ExternalNodes, service: str, clock: str, changes: dict[str, Any]
+) -> None:
+    before = planned(clock=clock)
+    after = external.parameters(before, placement_service=service, drive=True)
+    assert after == {**before, CONTROLLER: {**before[CONTROLLER], **changes}}
+    assert external.is_placed(service) == ('starts' not in changes)
+
+
+def test_a_time_until_the_robot_is_stopped_is_kept() -> None:
+    before = planned({CONTROLLER: {'stop_after_s': 2.0}})
+    external = ExternalNodes(names=(ROBOT,))
+    after = external.parameters(before, placement_service='', drive=True)
+    assert after[CONTROLLER]['stop_after_s'] == 2.0
+
+
+@pytest.mark.parametrize(
+    ('only_drives', 'drive', 'clock', 'consumers'),
+    [
+        (False, True, 'lockstep', 'mine,run_monitor'),
+        (False, False, 'realtime', 'mine'),
+        (True, True, 'realtime', 'mine'),
+        (True, True, 'lockstep', 'mine,run_monitor,goal_reaching_controller'),
+    ],
+)
+def test_commands_of_ours_that_are_not_for_the_robot_have_another_topic(
+    only_drives: bool,  # noqa: FBT001
+    drive: bool,  # noqa: FBT001
+    clock: str,
+    consumers: str,
+) -> None:
+    external = ExternalNodes(names=(CONTROLLER,) * only_drives, only_drives=only_drives)
+    before = planned({ROBOT: {'consumers': 'mine'}}, clock=clock)
+    after = external.parameters(before, placement_service='', drive=drive)
+    assert after[ROBOT] == {**before[ROBOT], 'consumers': consumers}
+    assert after[CONTROLLER]['stamped_cmd_vel'] is (
+        before[CONTROLLER]['stamped_cmd_vel'] or not drive
+    )
+    rules = () if drive and not only_drives else (f'{CONTROLLER}:cmd_vel:=cmd_vel_not_sent',)
+    assert external.remaps(drive=drive) == rules
+
+
+@pytest.mark.parametrize(
+    ('external', 'service', 'lines'),
+    [
+        (ExternalNodes(), '', []),
+        (ExternalNodes(names=(ROBOT,)), '', ['nomad200 (external) is there']),
+        (ExternalNodes(only_drives=True), '', ['another node drives']),
+        (ExternalNodes(has_reset=False), '/put', ['/put places the robot']),
+        (ExternalNodes(has_reset=False), '', ['no /nomad200/reset: the robot drives from']),
+        (ExternalNodes(has_truth=False), '', ['no /ground_truth/odom: paths that end']),
+    ],
+)
+def test_what_differs_from_a_run_of_ours_is_told(
+    external: ExternalNodes, service: str, lines: list[str]
+) -> None:
+    told = external.lines(service)
+    assert len(told) == len(lines)
+    assert all(line.startswith(begin) for line, begin in zip(told, lines, strict=True))

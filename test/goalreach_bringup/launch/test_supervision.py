@@ -84,10 +84,10 @@ def test_a_restarted_robot_stands_where_it_was_and_its_clock_goes_on() -> None:
 
 def test_in_lockstep_its_clock_goes_on_past_what_the_launcher_has_not_heard() -> None:
     progress = Progress(
-        path=0, placed=True, last_ns=123, truth=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+        path=0, placed=True, last_ns=10_000_000_123, truth=Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
     )
     resumed = resume_parameters(progress, lockstep=True)
-    assert resumed['nomad200']['start_time_ns'] == 6_000_000_123
+    assert resumed['nomad200']['start_time_ns'] == 16_000_000_123
 
 
 def test_before_the_first_tick_everything_starts_as_planned() -> None:
