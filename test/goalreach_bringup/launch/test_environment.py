@@ -6,8 +6,15 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from goalreach_bringup.launch.environment import graph_environment, make_run_directory
+from goalreach_bringup.launch.environment import (
+    domain_lock,
+    graph_environment,
+    make_run_directory,
+    unused_domains,
+)
+from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, open_to_network, use_profile
+import graphs
 
 ADDRESS = './/{*}interfaceWhiteList/{*}address'
 VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
@@ -73,11 +80,53 @@ def test_the_logs_of_the_last_twenty_runs_are_kept(
     logs = tmp_path / {'ROS_LOG_DIR': '.', 'ROS_HOME': 'log', 'HOME': '.ros/log'}[variable]
     ended = [f'goalreach-2020-01-01-00-00-{second:02}-99999999' for second in range(30)]
     running = f'goalreach-2019-01-01-00-00-00-{os.getpid()}'
+    recorded = 'goalreach-2019-01-02-00-00-00-99999999'
     others = ['goalreach-notes', 'goalreach-2019-01-01-1', 'python3_1_2019']
-    for name in [*ended, running, *others]:
+    others += [recorded, 'goalreach-2019-01-03-00-00-00-99999999']
+    for name in [*ended, running, *others[:-1]]:
         (logs / name).mkdir(parents=True)
         (logs / name / 'nomad200.log').touch()
+    (logs / recorded / 'bag_1').mkdir()
+    (logs / others[-1]).symlink_to('elsewhere')
 
     new = make_run_directory()
 
     assert {path.name for path in logs.iterdir()} == {new.name, running, *others, *ended[-19:]}
+
+
+def test_a_folder_that_cannot_be_made_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_LOG_DIR', '/proc/x')
+    with pytest.raises(GoalreachError, match=r'^/proc/x/goalreach-.*: cannot be created: '):
+        make_run_directory()
+
+
+@pytest.mark.parametrize('number', ['', '7'])
+def test_a_lock_that_the_system_refuses_is_told(
+    number: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', number)
+    refusal = pytest.raises(GoalreachError, match=f'^ROS_DOMAIN_ID = {number or 0}: cannot be')
+    with refusal, domain_lock('x' * 200):  # longer than the name of a socket
+        pass
+
+
+def test_one_run_of_a_namespace_and_one_clock_of_a_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    domain = graphs.fresh_domain()
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+    with domain_lock('robot1') as owns_clock:
+        assert owns_clock
+        with domain_lock('robot2') as owns_too:
+            assert not owns_too
+            assert domain not in unused_domains(domain)
+        for namespace, where in (('robot1', 'in /robot1'), ('', 'there')):
+            refusal = pytest.raises(GoalreachError, match=f'another graph runs {where} ')
+            with refusal, domain_lock(namespace):
+                pass
+    with domain_lock() as owns_clock:
+        assert owns_clock
+    assert next(unused_domains(domain)) == domain
+
+
+def test_domains_end_with_the_highest_of_dds() -> None:
+    assert set(unused_domains(230)) <= {230, 231, 232}
+    assert 232 in unused_domains(230)
