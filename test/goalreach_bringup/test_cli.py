@@ -122,3 +122,22 @@ def test_a_number_is_accepted_within_its_bounds(
     for value in (least - step, *([] if most is None else [most + step])):
         with pytest.raises(ConfigurationError, match=f'{option} = '):
             command.parse(name, [*arguments, str(value)])
+
+
+@pytest.mark.parametrize(
+    ('words', 'numbers'),
+    [
+        ('train', {'seed': 0, 'trials': 20}),
+        ('evaluate', {'seed': 0, 'jobs': 1}),
+        ('sweep --results x', {'seeds': 10, 'drives': 22, 'limit': 440, 'after': 22, 'jobs': 1}),
+        ('check-robot', {'duration': 5.0}),
+        ('calibrate', {'side': 1.0}),
+        ('run', {'seed': 0, 'paths': 0}),
+    ],
+)
+def test_numbers_that_are_not_given_have_their_defaults(
+    words: str, numbers: dict[str, float]
+) -> None:
+    name, *arguments = words.split()
+    _, options = load_command(name).parse(name, arguments)
+    assert {each: getattr(options, each) for each in numbers} == numbers

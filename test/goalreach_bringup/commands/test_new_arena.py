@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 
 import pytest
@@ -24,12 +25,24 @@ def test_empty_answers_make_a_room_with_six_tags_and_a_drawing(
     assert [(tag.id, tag.x_m, tag.y_m) for tag in arena.tags] == [
         (0, 1.0, 0.0), (1, 3.0, 0.0), (2, 4.0, 1.5), (3, 3.0, 3.0), (4, 1.0, 3.0), (5, 0.0, 1.5)
     ]  # fmt: skip
+    assert [round(math.degrees(tag.facing_rad)) for tag in arena.tags] == [
+        90,
+        90,
+        180,
+        -90,
+        -90,
+        0,
+    ]
+    assert {(tag.size_m, tag.z_m) for tag in arena.tags} == {(0.16, 1.2)}
     # Borders at a third and at two thirds, with transitions of 0.15 of the shorter side.
     assert arena.regions.x_knots_m == pytest.approx((0.0, 1.108, 1.558, 2.442, 2.892, 4.0))
     assert path.with_suffix('.svg').read_text().startswith('<?xml')
     assert main(['tags', '--arena', str(path), '--out', str(tmp_path / 'tags.pdf')]) == 0
     assert (tmp_path / 'tags.pdf').read_bytes().startswith(b'%PDF')
-    assert str(path) in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert str(path) in told
+    assert 'width of the room, m [3.0]: length of the room, m [3.0]: ' in told
+    assert '\nlandmark: goal' in told
 
 
 def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
