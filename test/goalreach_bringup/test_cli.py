@@ -1,6 +1,11 @@
 """The command line as a person meets it."""
 
+from collections.abc import Callable
+import contextlib
 import dataclasses
+import errno
+import gc
+from importlib.metadata import version
 import os
 from pathlib import Path
 import subprocess
@@ -8,8 +13,10 @@ import sys
 
 import pytest
 
-from goalreach_bringup.cli import COMMANDS, load_command, main
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_bringup import cli
+from goalreach_bringup.cli import COMMANDS, guarded, load_command, main
+from goalreach_bringup.launch.graph import NodeDiedError
+from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.options import CommandOptions
 
 
@@ -50,6 +57,7 @@ def test_a_mistake_is_one_line_and_a_status(
 ) -> None:
     assert main(arguments) == 2
     errors = capsys.readouterr().err
+    assert errors.startswith(f'goalreach {arguments[0]}: ')
     assert said in errors
     assert len(errors.strip().splitlines()) == 1
 
@@ -141,3 +149,104 @@ def test_numbers_that_are_not_given_have_their_defaults(
     name, *arguments = words.split()
     _, options = load_command(name).parse(name, arguments)
     assert {each: getattr(options, each) for each in numbers} == numbers
+
+
+def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(['--version'])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f'goalreach {version("goalreach")}\n'
+
+
+@pytest.mark.parametrize('words', [[], ['fly'], ['--fly']])
+def test_what_is_no_command_is_refused(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 2
+    assert capsys.readouterr().err.startswith('usage: goalreach [-h]')
+
+
+def raising(error: BaseException, cause: BaseException | None = None) -> Callable[[], int]:
+    def execute() -> int:
+        try:
+            if cause is not None:
+                raise cause
+        finally:
+            raise error
+
+    return execute
+
+
+@pytest.mark.parametrize(
+    ('execute', 'status', 'line'),
+    [
+        (lambda: 7, 7, ''),
+        (raising(KeyboardInterrupt()), 130, ''),
+        (raising(BrokenPipeError()), 141, ''),
+        (raising(SystemExit(1), BrokenPipeError()), 141, ''),
+        (raising(GoalreachError('no room')), 2, 'x: no room\n'),
+        (raising(NodeDiedError('gone')), 1, 'x: gone\n'),
+        (raising(OSError(errno.ENOSPC, 'full')), 1, 'x: the output cannot be written: full\n'),
+    ],
+)
+def test_an_end_has_its_status_and_at_most_a_line(
+    execute: Callable[[], int], status: int, line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert guarded('x', execute) == status
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ('', line)
+
+
+@pytest.mark.parametrize(
+    'error',
+    [
+        RuntimeError('error creating node'),
+        SystemExit(3),
+        OSError(errno.ENOSPC, 'full', 'a.json'),
+        OSError(errno.ENOENT, 'none'),
+    ],
+    ids=str,
+)
+def test_an_error_in_the_program_is_not_hidden(error: BaseException) -> None:
+    with pytest.raises(type(error)) as caught:
+        guarded('x', raising(error))
+    assert caught.value is error
+
+
+@pytest.mark.parametrize(
+    ('columns', 'kept'),
+    [('80', True), ('99999', True), ('0', False), ('100000', False), ('-1', False), ('x', False)],
+)
+def test_a_width_that_is_none_is_not_used(
+    columns: str, kept: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('COLUMNS', columns)
+    assert guarded('x', lambda: 0) == 0
+    assert ('COLUMNS' in os.environ) is kept
+
+
+@pytest.mark.parametrize(
+    ('words', 'forks'),
+    [
+        (['run', '--paths', '-1'], True),
+        (['run', '--help'], False),
+        (['run', '--paths', '-1', '-h'], False),
+        (['evaluate', '--jobs', '0'], False),
+        (['replay', '--rate', '0', 'bag'], False),
+        (['train', '--trials', '0'], False),
+    ],
+)
+def test_only_a_run_starts_the_server_of_its_nodes(
+    words: list[str], forks: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[str] = []
+    monkeypatch.setattr(cli, 'start_fork_server', lambda: started.append('server'))
+    try:
+        with contextlib.suppress(SystemExit):
+            assert main(words) == 2
+        assert started == ['server'] * bool(forks)
+        assert gc.isenabled() != forks
+    finally:
+        gc.enable()

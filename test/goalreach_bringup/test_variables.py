@@ -43,6 +43,9 @@ NAMES = (
         ('RMW_IMPLEMENTATION', 'rmw_cyclonedds_cpp', 'librmw_cyclonedds_cpp.so was not found'),
         ('RMW_IMPLEMENTATION', 'a\nb', 'liba?b.so was not found'),
         ('RMW_IMPLEMENTATION', '../x', 'rmw_fastrtps_cpp, or another'),
+        ('RMW_IMPLEMENTATION', 'z', 'libz.so was not found'),
+        ('RCL_ASSERT_RMW_ID_MATCHES', 'a', 'the middleware in use, rmw_fastrtps_cpp'),
+        ('ROS_SECURITY_ENABLE', 'yes', 'one of true, false'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF', 'cannot find each other'),
         ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'localhost', 'one of LOCALHOST, SUBNET'),
         ('ROS_STATIC_PEERS', '127.0.0.1; 127.0.0.1', 'separated by semicolons'),
@@ -93,6 +96,9 @@ def test_a_bad_value_is_refused_with_what_is_allowed(name: str, value: str, allo
         ('ROS_LOG_DIR', '~nobody-of-this-name/x'),
         ('FASTDDS_DEFAULT_PROFILES_FILE', dds_profile.DISCOVERY_PROFILE),
         ('ROS_SECURITY_ENABLE', 'false'),
+        ('ROS_SECURITY_KEYSTORE', '/no'),
+        ('RCL_ASSERT_RMW_ID_MATCHES', 'rmw_fastrtps_cpp'),
+        ('TMPDIR', '/'),
     ],
 )
 def test_a_good_value_is_accepted(name: str, value: str) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from goalreach_bringup.launch.learning_run import LearningRun
+from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
@@ -45,6 +46,34 @@ def test_a_policy_that_was_not_learned_so_is_not_overwritten(tmp_path: Path) -> 
     with pytest.raises(FileFormatError, match='paths_driven'):
         LearningRun.begin(path, ARENA, trials=20)
     assert path.read_text() == before
+
+
+@pytest.mark.parametrize('driven', [True, -1, 4.0, 'many'])
+def test_a_number_of_paths_that_is_none_is_refused(driven: object, tmp_path: Path) -> None:
+    path = tmp_path / 'policy.json'
+    write_policy(path, replace(Policy.unlearned(ARENA.regions), learning={'paths_driven': driven}))
+    with pytest.raises(FileFormatError, match=f'paths_driven = {driven!r}: must be the number'):
+        LearningRun.begin(path, ARENA, trials=20)
+
+
+@pytest.mark.parametrize(('driven', 'left'), [(0, 44), (43, 1), (44, 0), (50, 0)])
+def test_what_was_driven_is_not_driven_again(driven: int, left: int, tmp_path: Path) -> None:
+    path = tmp_path / 'policy.json'
+    write_policy(path, replace(Policy.unlearned(ARENA.regions), learning={'paths_driven': driven}))
+    learning = LearningRun.begin(path, ARENA, trials=2)
+    assert (learning.remaining(0, 22), learning.remaining(50, 22)) == (left, left)
+    first = f'continuing with path {driven + 1} of 44' if driven else '2 trials of 22 paths'
+    assert learning.announcement(22).endswith(first)
+    verdict = f'{path}: after {driven} paths the best actions lead to the goal from 0 of 22 starts'
+    assert LearningRun.verdict(path, ARENA) == verdict
+
+
+def test_a_learner_that_is_not_there_or_another_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / 'policy.json'
+    with pytest.raises(FileFormatError, match=r'policy\.json: '):
+        LearningRun.begin(path, ARENA, trials=2, learner='nobody')
+    assert not path.exists()
+    assert LearningRun.begin(path, ARENA, trials=2).learner == 'paper'
 
 
 @pytest.mark.graph

@@ -40,7 +40,7 @@ _SIGNS: Final[dict[str, tuple[str, type[Any]]]] = {
 """By node, a topic whose publisher shows that the node, or a replacement, runs."""
 _POLL_S: Final = 0.05
 _SETTLE_S: Final = 2.0
-"""Time in which services and truth of a node are discovered, after the node itself. Chosen."""
+"""Time in which services, truth and name of a node are discovered after its topics. Chosen."""
 _RECORDER_S: Final = 10.0
 _SILENT_S: Final = 2.0
 _STOP_S: Final = 1.0
@@ -63,7 +63,7 @@ def find_external(
             logged = missing
             time.sleep(_POLL_S)
         until_s = time.monotonic() + _SETTLE_S
-        while not (found := _describe(node, names)).has_reset or not found.has_truth:
+        while (found := _describe(node, names)) != ExternalNodes(names=found.names):  # offers all
             if time.monotonic() > until_s:
                 break
             time.sleep(_POLL_S)
