@@ -168,6 +168,12 @@ def test_what_is_no_command_is_refused(
     assert capsys.readouterr().err.startswith('usage: goalreach [-h]')
 
 
+def named(name: str, text: str) -> Exception:
+    """Return an error as rclpy raises it; its classes are compared by name."""
+    kind: type[Exception] = type(name, (RuntimeError,), {})
+    return kind(text)
+
+
 def raising(error: BaseException, cause: BaseException | None = None) -> Callable[[], int]:
     def execute() -> int:
         try:
@@ -188,6 +194,12 @@ def raising(error: BaseException, cause: BaseException | None = None) -> Callabl
         (raising(SystemExit(1), BrokenPipeError()), 141, ''),
         (raising(GoalreachError('no room')), 2, 'x: no room\n'),
         (raising(NodeDiedError('gone')), 1, 'x: gone\n'),
+        (
+            raising(named('RCLError', 'failed to initialize x\nmore')),
+            2,
+            'x: failed to initialize x\n',
+        ),
+        (raising(named('RCLInvalidROSArgsError', 'a word, at /b:3\nmore')), 2, 'x: a word\n'),
         (raising(OSError(errno.ENOSPC, 'full')), 1, 'x: the output cannot be written: full\n'),
     ],
 )
@@ -203,6 +215,8 @@ def test_an_end_has_its_status_and_at_most_a_line(
     'error',
     [
         RuntimeError('error creating node'),
+        OSError('error creating node'),
+        named('RCLError', 'another'),
         SystemExit(3),
         OSError(errno.ENOSPC, 'full', 'a.json'),
         OSError(errno.ENOENT, 'none'),

@@ -22,6 +22,9 @@ def test_writes_a_policy_that_reaches_the_goal(
     assert told['seconds'] > 0
     text = capsys.readouterr().out
     assert '440 paths' in text
+    shares = [line.split() for line in text.splitlines() if ' %' in line]
+    assert [int(words[0]) for words in shares] == [*range(1, 21)]
+    assert shares[-1][1:] == ['100.0', '%', '#' * 22]
     assert 'the best actions lead to the goal from 22 of 22 starts' in text
     assert text.splitlines()[-1] == f'policy written to {out}'
 
