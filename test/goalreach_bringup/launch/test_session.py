@@ -46,7 +46,7 @@ class Session(session.RunSession):
         self.policy, self.parameters = policy, parameters
         vars(self).update(self.changes)
         for outcome in self.outcomes:
-            self._on_path(outcome and path(outcome))
+            self._on_path(None if outcome is None else path(outcome))
 
 
 def path(outcome: str) -> PathResult:
@@ -114,7 +114,8 @@ def test_a_summary_holds_each_path_that_was_judged(
         assert summary['policy'] == (policy or 'learned')
         assert 0.0 <= summary['wall_time_s'] < 100.0
         assert run._tally.paths == 2
-    told = capsys.readouterr().out
+    told, problems = capsys.readouterr()
+    assert problems == 'path     2/3  its end was not received: not judged\n' * 2
     assert told.count('learned a policy: 20 trials of 22 paths') == 1
     assert told.count('1 of 2 paths reached the goal (crisp)') == 2
     assert len(list((tmp_path / 'logs').glob('*/policy.json'))) == 1
@@ -128,8 +129,11 @@ def test_results_are_kept_for_a_summary_only() -> None:
 
 def test_what_cannot_be_written_is_refused_before_anything_is_driven(tmp_path: Path) -> None:
     (tmp_path / 'bag').mkdir()
-    for changes in ({'record': tmp_path / 'bag'}, {'summary': tmp_path / 'no' / 'a.json'}):
-        run = Session(replace(PAPER, **changes), ('goal',))
+    for options in (
+        replace(PAPER, record=tmp_path / 'bag'),
+        replace(PAPER, summary=tmp_path / 'no' / 'a.json'),
+    ):
+        run = Session(options, ('goal',))
         with pytest.raises(GoalreachError):
             run.execute()
         assert run._tally.paths == 0
@@ -227,7 +231,7 @@ def test_the_time_of_a_robot_of_others_begins_with_its_first_stamp(
     run._report = RunReport(quiet=True, total=1)
     progress = Progress(path=0, placed=True, last_ns=last_ns, truth=None)
     monitor: Any = SimpleNamespace(began_ns=began_ns, progress=progress)
-    run.page, run._recorder = page, recorder = Mock(), Mock()  # type: ignore[assignment]
+    run.page, run._recorder = page, recorder = Mock(), Mock()
     recorder.poll.return_value = ''
     assert not run._is_over(monitor)
     assert run._sim_time_s == pytest.approx(sim_time_s)
@@ -237,3 +241,41 @@ def test_the_time_of_a_robot_of_others_begins_with_its_first_stamp(
     run._report.path(path('goal'))
     assert run._is_over(monitor)
     assert page.report.call_args.kwargs == {'on': False, 'error': 'the recorder ended'}
+
+
+@pytest.mark.parametrize(
+    ('stopped', 'ends', 'complete', 'reason'),
+    [
+        (False, False, True, 'all paths driven'),
+        (True, False, True, 'all paths driven'),
+        (True, False, False, 'stopped'),
+        (False, True, False, 'stopped'),
+        (False, False, False, 'an error'),
+    ],
+)
+def test_the_page_is_told_why_a_run_has_ended(  # noqa: PLR0917 - four facts
+    stopped: bool,  # noqa: FBT001
+    ends: bool,  # noqa: FBT001
+    complete: object,
+    reason: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(session, 'StopRequest', lambda: SimpleNamespace(requested=stopped))
+    monkeypatch.setattr(session, 'graph_environment', lambda *_: {})
+    run, page = session.RunSession(PAPER), Mock()
+    page.poll.return_value = []
+    run.page, run._directory, run._report = page, tmp_path, RunReport(quiet=True, total=1)
+
+    def end() -> bool:
+        assert run._requests is not None
+        run._requests.ends = ends
+        if complete:
+            run._report.path(path('goal'))
+        return False
+
+    monkeypatch.setattr(run, '_find_external', end)
+    run._drive(Policy.unlearned(RegionMap()), {}, shows_page=True)
+    assert [call.args[0] for call in page.report.call_args_list] == ['begin', 'end']
+    assert page.report.call_args.kwargs == {'reason': reason}
+    assert run._is_stopped() == (stopped or ends)
