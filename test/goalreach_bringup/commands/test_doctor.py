@@ -24,15 +24,44 @@ def test_each_finding_has_a_line(
     assert any('218, UDP ports 61900 to 62149, 0 participants' in line for line in lines)
 
 
+@pytest.mark.parametrize(
+    ('name', 'value', 'wrong'),
+    [
+        ('ROS_DOMAIN_ID', 'abc', ['variables', 'domain']),
+        ('RMW_IMPLEMENTATION', 'rmw_none_cpp', ['variables', 'domain']),
+        ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811', ['variables']),
+    ],
+)
 def test_what_is_wrong_is_named_and_sets_the_status(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str,
+    value: str,
+    wrong: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv('ROS_DOMAIN_ID', 'abc')
+    monkeypatch.setenv('ROS_DOMAIN_ID', '218')
+    monkeypatch.setenv(name, value)
 
     assert main(['doctor']) == 1
-    wrong = [line for line in capsys.readouterr().out.splitlines() if line.startswith('wrong')]
-    assert len(wrong) == 2
-    assert all("ROS_DOMAIN_ID = 'abc': must be a whole number" in line for line in wrong)
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith('wrong')]
+    assert [line.split()[1] for line in lines] == wrong
+    assert all(f"{name} = '{value}': must be " in line for line in lines)
+
+
+def test_ros_that_cannot_be_imported_or_is_of_a_distribution_is_told(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor, '_FINDINGS', {'ROS 2': doctor._ros})
+    monkeypatch.setenv('ROS_DISTRO', 'rolling')
+    assert main(['doctor']) == 0
+    assert capsys.readouterr().out.startswith('ok     ROS 2          rolling, rclpy in ')
+    monkeypatch.delenv('ROS_DISTRO')
+    assert main(['doctor']) == 0
+    assert ', from wheels, rclpy in ' in capsys.readouterr().out
+    monkeypatch.setattr(doctor, '_ROS_PROBE', 'import rclpy_of_nobody')
+    assert main(['doctor']) == 1
+    reason = "ModuleNotFoundError: No module named 'rclpy_of_nobody'; reinstall goalreach\n"
+    assert capsys.readouterr().out.endswith(f'rclpy cannot be imported: {reason}')
 
 
 def test_without_the_web_library_a_run_is_possible(
