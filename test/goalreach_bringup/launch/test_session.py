@@ -25,7 +25,7 @@ from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters
 from goalreach_msgs_py.regions import RegionMap
-from goalreach_msgs_py.topics import ROBOT
+from goalreach_msgs_py.topics import LOCALIZER, ROBOT
 from goalreach_msgs_py.values import Pose2
 import graphs
 
@@ -279,3 +279,34 @@ def test_the_page_is_told_why_a_run_has_ended(  # noqa: PLR0917 - four facts
     assert [call.args[0] for call in page.report.call_args_list] == ['begin', 'end']
     assert page.report.call_args.kwargs == {'reason': reason}
     assert run._is_stopped() == (stopped or ends)
+
+
+@pytest.mark.parametrize(
+    ('found', 'service', 'placed'),
+    [
+        (None, '', True),
+        (ExternalNodes(names=(ROBOT,)), '', True),
+        (ExternalNodes(names=(ROBOT,), has_reset=False), '', False),
+        (ExternalNodes(names=(ROBOT,)), '/put', False),
+    ],
+)
+def test_what_nodes_of_others_offer_is_told_and_decides_who_places_the_robot(
+    found: ExternalNodes | None,
+    service: str,
+    placed: object,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO)
+    search = Mock(return_value=found)
+    monkeypatch.setattr('goalreach_bringup.launch.ros.external.find_external', search)
+    assert session.RunSession(PAPER)._find_external()
+    assert not search.called
+    options = replace(PAPER, external=(LOCALIZER, ROBOT), placement_service=service)
+    run = session.RunSession(options)
+    run._remaps = ('/a:=/b',)
+    assert run._find_external() == (found is not None)
+    assert search.call_args.args[:2] == ((ROBOT, LOCALIZER), ('/a:=/b',))
+    assert run._external == (found or ExternalNodes())
+    assert caplog.messages == (found.lines(service) if found else [])
+    assert bool(run._starts) == placed
