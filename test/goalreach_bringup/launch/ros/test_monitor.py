@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+import math
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -243,8 +244,15 @@ def test_a_table_that_is_learned_replaces_the_policy(results: list[PathResult | 
         before = monitor._policy
         monitor._on_q_table(0, q_table_to_raw(np.zeros((3, 3, 8))))
         assert monitor._policy is before
-        q = np.full((3, 3, 8), 0.5)
+        q = np.zeros((3, 3, 8))
+        q[..., 2] = 1.0
         monitor._on_q_table(0, q_table_to_raw(q))
+        away = replace(STATE_AT_START, region=(1, 1), mu_y=(0.0, 1.0, 0.0))
+        for tick, confidence in ((1, Confidence.OK), (2, Confidence.UNCERTAIN)):
+            state = replace(away, confidence=confidence)
+            monitor._on_tick(40 * MS * tick, START, state_to_raw(state, 40 * MS * tick))
+        commanded_rad = [tick.commanded_heading_rad for tick in monitor._evaluator._ticks]
+        assert commanded_rad == [pytest.approx(math.pi / 2), None]
         assert np.array_equal(monitor._policy.q, q)
         with pytest.raises(MessageError, match='does not fit the regions'):
             monitor._on_q_table(0, q_table_to_raw(np.zeros((2, 3, 8))))
@@ -258,6 +266,9 @@ def test_a_path_begins_once_the_controller_has_agreed(
     with monitoring(results) as monitor:
         assert not monitor._on_start(Trigger.Request(), Trigger.Response()).success
         feed(monitor, 40 * MS)
+        monitor._start = controller = Mock()
+        assert monitor._on_start(Trigger.Request(), Trigger.Response()).success
+        assert controller.call_async.call_count == 1
         call = Mock(result=lambda: Trigger.Response(success=success))
         monitor._on_started(call)
         assert monitor.progress.placed != success
