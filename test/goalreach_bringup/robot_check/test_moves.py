@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 import itertools
 import math
 
@@ -24,6 +25,7 @@ from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.values import HeadAngles, Pose2
 
 RADIUS_M = 0.225
+ARENA = Arena()
 DT_S = 0.04
 
 
@@ -46,8 +48,8 @@ def test_a_square_stays_inside_and_ends_where_it_began(
     x_m: float, y_m: float, heading_deg: float
 ) -> None:
     start = Pose2(x_m=x_m, y_m=y_m, heading_rad=math.radians(heading_deg))
-    path = drive(start, plan_square(Arena(), start, 1.0, RADIUS_M), 1.0)
-    assert all(Arena().is_free(p.x_m, p.y_m) for p in path)
+    path = drive(start, plan_square(ARENA, start, 1.0, RADIUS_M), 1.0)
+    assert all(ARENA.is_free(p.x_m, p.y_m) for p in path)
     end = path[-1]
     assert math.hypot(end.x_m - x_m, end.y_m - y_m) < 0.1
     assert math.cos(end.heading_rad - start.heading_rad) > math.cos(0.05)
@@ -57,15 +59,39 @@ def test_a_square_stays_inside_and_ends_where_it_began(
 
 def test_the_least_turn_comes_first() -> None:
     start = Pose2(x_m=1.778, y_m=3.0, heading_rad=-math.pi / 2)
-    assert plan_square(Arena(), start, 1.0, RADIUS_M) == (0.0, math.pi / 2)
+    assert plan_square(ARENA, start, 1.0, RADIUS_M) == (0.0, math.pi / 2)
     right = Pose2(x_m=3.0, y_m=3.0, heading_rad=-math.pi / 2)
-    assert plan_square(Arena(), right, 1.0, RADIUS_M) == (0.0, -math.pi / 2)
+    assert plan_square(ARENA, right, 1.0, RADIUS_M) == (0.0, -math.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ('heading_deg', 'turn_deg', 'corner_deg'),
+    [(0, 0, 90), (-90, 90, 90), (180, -90, -90), (225, -135, -90), (240, 120, 90)],
+)
+def test_the_one_square_in_a_corner_is_found_from_each_heading(
+    heading_deg: int, turn_deg: int, corner_deg: int
+) -> None:
+    """It is the square of 1 m to the upper right, driven either way."""
+    obstacles = tuple(Obstacle(x_m=x, y_m=y, radius_m=0.2) for x, y in ((2.1, 0.95), (0.95, 2.1)))
+    start = Pose2(x_m=0.45, y_m=0.45, heading_rad=math.radians(heading_deg))
+    turns_rad = plan_square(Arena(obstacles=obstacles), start, 1.0, RADIUS_M)
+    assert np.degrees(turns_rad) == pytest.approx([turn_deg, corner_deg])
+
+
+def test_the_drive_stays_ended_wherever_the_robot_is_pushed() -> None:
+    start = Pose2(x_m=1.778, y_m=2.5, heading_rad=0.0)
+    config = ControllerConfig()
+    square = SquareDrive(start, (0.0, math.pi / 2), 0.5, config)
+    for corner in ((0.5, 0.0), (0.5, 0.5), (0.0, 0.5), (0.0, 0.0)):
+        square.command(replace(start, x_m=start.x_m + corner[0], y_m=start.y_m + corner[1]))
+    assert square.command(start) is None
+    assert square.command(replace(start, x_m=3.0)) is None
 
 
 def test_a_square_that_fits_nowhere_is_refused() -> None:
     start = Pose2(x_m=1.778, y_m=2.5, heading_rad=0.0)
     with pytest.raises(ConfigurationError, match=r'--side = 3\.0: must be smaller'):
-        plan_square(Arena(), start, 3.0, RADIUS_M)
+        plan_square(ARENA, start, 3.0, RADIUS_M)
     full = Arena(
         obstacles=tuple(
             Obstacle(x_m=1.778 + 0.7 * a, y_m=2.5 + 0.7 * b, radius_m=0.2)

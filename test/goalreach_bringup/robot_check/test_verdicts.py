@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from goalreach_bringup.robot_check.moves import DRIVE, TURN, TURN_RAD, Measurement, judge_motion
+from goalreach_bringup.robot_check.moves import DRIVE, TURN, Measurement, judge_motion
 from goalreach_bringup.robot_check.verdicts import End, HeardRobot, Verdict, can_drive, judge
 from goalreach_learning.controller_config import RobotConfig
 from goalreach_msgs_py.camera import PinholeCamera
@@ -45,6 +45,7 @@ LEVEL = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=-0.05)
 ORIGIN = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
 TWIST, STAMPED = 'geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped'
 WRONG, WARN = 'wrong', 'warn'
+TURN_RAD = math.radians(10.0)
 
 
 def picture(stamp_ns: int, encoding: str = 'mono8', channels: int = 1) -> bytes:
@@ -327,10 +328,11 @@ def test_a_planted_fault_is_named_with_its_cure(
 def standing(
     *rays: tuple[float, float],
     turret_rad: float = 0.0,
+    pan_rad: float = 0.0,
     tilt_rad: float = 0.0,
     pose: Pose2 = ORIGIN,
 ) -> Measurement:
-    head = HeadAngles(turret_rad=turret_rad, pan_rad=0.0, tilt_rad=tilt_rad)
+    head = HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=tilt_rad)
     return Measurement(head=head, pose=pose, rays=np.array(rays).reshape(-1, 2))
 
 
@@ -343,6 +345,9 @@ MOTIONS: dict[str, tuple[float, float, str]] = {
     'a joint that does not move': (0.001, TURN_RAD, 'is it enabled?'),
     'a joint in degrees': (10.0, TURN_RAD, 'radians, not degrees'),
     'a joint of half the scale': (0.5 * TURN_RAD, TURN_RAD, 'the scale is wrong'),
+    'a joint of twice the scale': (2.0 * TURN_RAD, TURN_RAD, 'the scale is wrong'),
+    'a joint of neither radians nor degrees': (1e3 * TURN_RAD, TURN_RAD, 'the scale is wrong'),
+    'a joint that turns half and the other way': (-0.5 * TURN_RAD, TURN_RAD, 'the sign is wrong'),
     'a mirrored camera': (TURN_RAD, -TURN_RAD, 'mirrored'),
     'a focal length of half': (TURN_RAD, 0.5 * TURN_RAD, 'K be wrong'),
 }
@@ -363,13 +368,39 @@ def levels(subject: str, before: Measurement, after: Measurement) -> list[str]:
 
 def test_motions_as_commanded_have_no_fault() -> None:
     before, two_leds = standing(*at(-0.1, 0.2)), at(TURN_RAD - 0.1, TURN_RAD + 0.2)
-    assert levels('turret_joint', before, standing(*two_leds, turret_rad=TURN_RAD)) == ['ok', 'ok']
+    turned = standing(*two_leds, turret_rad=TURN_RAD)
+    reported, _ = judge_motion('turret_joint', before, turned)
+    assert reported.text == 'reported +0.175 rad of +0.175'
+    assert levels('turret_joint', before, turned) == ['ok', 'ok']
     up = standing(*at(-0.1, 0.2, tilt_rad=TURN_RAD), tilt_rad=TURN_RAD)
     assert levels('tilt_joint', before, up) == ['ok', 'ok']
     left = replace(ORIGIN, heading_rad=TURN_RAD)
     assert levels(TURN, before, standing(*two_leds, pose=left)) == ['ok', 'ok']
-    against = standing(*at(-0.1, 0.2), turret_rad=-TURN_RAD, pose=left)
+    before = standing(*at(-0.1, 0.2), turret_rad=0.3, pan_rad=0.2)
+    against = standing(*at(-0.1, 0.2), turret_rad=0.1, pan_rad=0.4 - TURN_RAD, pose=left)
     assert levels(TURN, before, against) == ['ok', 'ok']
+
+
+@pytest.mark.parametrize(
+    ('subject', 'before', 'after', 'seen'),
+    [
+        ('turret_joint', 0, 0, [WARN]),
+        ('turret_joint', 1, 1, ['ok']),
+        ('turret_joint', 1, 2, [WARN]),
+        ('turret_joint', 2, 1, [WARN]),
+        (TURN, 1, 1, ['ok']),
+        (DRIVE, 1, 1, [WARN]),
+        (DRIVE, 2, 2, []),
+    ],
+)
+def test_a_motion_is_seen_where_the_same_leds_are_visible(
+    subject: str, before: int, after: int, seen: list[str]
+) -> None:
+    turn_rad = 0.0 if subject == DRIVE else TURN_RAD
+    pose = replace(ORIGIN, x_m=0.1, heading_rad=turn_rad)
+    turret_rad = TURN_RAD if subject == 'turret_joint' else 0.0
+    moved = standing(*at(turn_rad, turn_rad + 0.1)[:after], turret_rad=turret_rad, pose=pose)
+    assert levels(subject, standing(*at(0.0, 0.1)[:before]), moved) == ['ok', *seen]
 
 
 def test_leds_that_move_together_while_it_drives_ahead_are_a_fault() -> None:
@@ -377,7 +408,10 @@ def test_leds_that_move_together_while_it_drives_ahead_are_a_fault() -> None:
     ahead = replace(ORIGIN, x_m=0.1)
     assert levels(DRIVE, standing(*far), standing(*near, pose=ahead)) == ['ok']
     assert levels(DRIVE, standing(*near), standing(*far, pose=ahead)) == ['ok', WRONG]
-    assert levels(DRIVE, standing(*far), standing(*far[:1], pose=ahead)) == ['ok', WARN]
+    noise = at(-0.0999, 0.0999)  # 0.1 %: less than it takes to tell
+    assert levels(DRIVE, standing(*far), standing(*noise, pose=ahead)) == ['ok']
+    back = replace(ORIGIN, x_m=-0.1)  # one fault, told once
+    assert levels(DRIVE, standing(*near), standing(*far, pose=back)) == [WRONG]
     # tan(0.1) / tan(0.105) = 0.952
     assert '4.8%' in [*judge_motion(DRIVE, standing(*near), standing(*far, pose=ahead))][1].text
 

@@ -25,7 +25,8 @@ _RANGE: Final = (0.7, 1.4)
 _SHRUNK: Final = -0.003
 _CLEARANCE_M: Final = 0.15
 """Distance of the body from walls and obstacles, for a robot not yet calibrated. Chosen."""
-_TURNS: Final = sorted((math.radians(15.0 * k) for k in range(-11, 13)), key=abs)
+_TURNS: Final = sorted((math.radians(15.0 * k) for k in range(-9, 9)), key=abs)
+"""First turns: one of the two headings of a square is no farther. Chosen."""
 _RIGHT_ANGLE_RAD: Final = math.pi / 2
 _SIDES: Final = 4
 _SAMPLES: Final = 20
