@@ -43,6 +43,7 @@ SIZE = (40, 30)
 CAMERA = PinholeCamera.from_field_of_view(width_px=40, height_px=30, horizontal_fov_rad=1.05)
 LEVEL = HeadAngles(turret_rad=0.1, pan_rad=0.2, tilt_rad=-0.05)
 ORIGIN = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
+PLACE = Pose2(x_m=1.0, y_m=-2.0, heading_rad=0.0)
 TWIST, STAMPED = 'geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped'
 WRONG, WARN = 'wrong', 'warn'
 TURN_RAD = math.radians(10.0)
@@ -82,7 +83,8 @@ class Robot:
     camera: PinholeCamera = CAMERA
     head: HeadAngles = LEVEL
     joints: tuple[str, ...] = HEAD_JOINTS
-    pose: Pose2 = ORIGIN
+    pose: Pose2 = PLACE
+    crept_m: tuple[float, float] = (-0.01, 0.01)
     pressed: tuple[bool, ...] = (False,) * 20
     stamps: dict[str, Callable[[float], float]] = field(default_factory=dict)
     arrivals: dict[str, Callable[[float], float]] = field(default_factory=dict)
@@ -90,7 +92,7 @@ class Robot:
     ticks: dict[str, range] = field(default_factory=dict)
     publishers: dict[str, tuple[End, ...]] = field(default_factory=dict)
     drive: tuple[End, ...] = (End(node='base', kind=STAMPED),)
-    listens_to_head: bool = True
+    heads: tuple[End, ...] = (End(node='head', kind='sensor_msgs/msg/JointState'),)
     drivers: tuple[End, ...] = ()
     topics: frozenset[str] = frozenset({GROUND_TRUTH})
     services: frozenset[str] = frozenset({RESET_SERVICE, PAUSE_SERVICE})
@@ -107,9 +109,8 @@ class Robot:
                 one.add(raw, self.arrivals.get(topic, soon)(time_s))
         heard.outputs[CMD_VEL].subscribers = self.drive
         heard.outputs[CMD_VEL].publishers = self.drivers
-        if HEAD_COMMAND in heard.outputs and self.listens_to_head:
-            ends = (End(node='head', kind='sensor_msgs/msg/JointState'),)
-            heard.outputs[HEAD_COMMAND].subscribers = ends
+        if HEAD_COMMAND in heard.outputs:
+            heard.outputs[HEAD_COMMAND].subscribers = self.heads
         heard.topics, heard.services = self.topics, self.services
         return judge(heard)
 
@@ -117,10 +118,12 @@ class Robot:
         if topic in (IMAGE, COMPRESSED_IMAGE):
             return self.image(stamp_ns)
         standing = Twist2(linear_m_per_s=0.0, steering_rad_per_s=0.0)
+        x_m, y_m = self.crept_m if stamp_ns > 1e9 * (NOW_S + 1.0) else (0.0, 0.0)
+        pose = replace(self.pose, x_m=self.pose.x_m + x_m, y_m=self.pose.y_m + y_m)
         makers: dict[str, Callable[[], bytes]] = {
             CAMERA_INFO: lambda: camera_to_raw(self.camera, stamp_ns),
             ODOM: lambda: odometry_to_raw(
-                Odometry(pose=self.pose, twist=standing), stamp_ns, frame_id='odom'
+                Odometry(pose=pose, twist=standing), stamp_ns, frame_id='odom'
             ),
             JOINT_STATES: lambda: head_to_raw(self.head, stamp_ns, joints=self.joints),
             BUMPERS: lambda: bumpers_to_raw(
@@ -128,6 +131,9 @@ class Robot:
             ),
         }
         return makers[topic]()
+
+
+TOPICS = (IMAGE, CAMERA_INFO, ODOM, JOINT_STATES, BUMPERS)
 
 
 def simulated(time_s: float) -> float:
@@ -142,7 +148,6 @@ SOUND = {
         image=jpeg,
         drive=(End(node='turtlebot', kind=TWIST),),
         publishers={BUMPERS: ()},
-        listens_to_head=False,
         topics=frozenset(),
         services=frozenset(),
     ),
@@ -153,11 +158,13 @@ SOUND = {
         ticks={JOINT_STATES: range(0, TICKS, 2)},
     ),
     'simulated clock': Robot(
-        stamps=dict.fromkeys((IMAGE, CAMERA_INFO, ODOM, JOINT_STATES, BUMPERS), simulated)
+        stamps=dict.fromkeys(TOPICS, simulated),
+        services=frozenset({RESET_SERVICE, PAUSE_SERVICE, '/talker/get_parameters'}),
     ),
+    'calibration stamped long ago': Robot(stamps={CAMERA_INFO: lambda _: NOW_S - 100.0}),
     'fisheye, calibration once': Robot(
         camera=replace(
-            CAMERA, fx_px=12.0, fy_px=12.0, distortion=(0.01, 0.0, 0.0, 0.0),
+            CAMERA, fx_px=2.0, fy_px=2.0, distortion=(0.01, 0.0, 0.0, 0.0),
             distortion_model='equidistant',
         ),
         ticks={CAMERA_INFO: range(1)},
@@ -173,6 +180,8 @@ def test_a_sound_robot_has_no_fault(robot: Robot) -> None:
     verdicts = robot.verdicts()
     assert [v for v in verdicts if v.level not in ('ok', 'note')] == []
     assert can_drive(verdicts)
+    missing = [BUMPERS, RESET_SERVICE, GROUND_TRUTH] if robot.topics == frozenset() else []
+    assert [v.subject for v in verdicts if v.level == 'note'] == missing
 
 
 @pytest.mark.parametrize(
@@ -180,8 +189,9 @@ def test_a_sound_robot_has_no_fault(robot: Robot) -> None:
     [('nomad200', 'stamps 0.010 s old'), ('simulated clock', 'stamps of another clock')],
 )
 def test_a_sound_topic_is_described(name: str, ages: str) -> None:
-    (found,) = [v for v in SOUND[name].verdicts() if v.subject == IMAGE]
-    assert found.text == f'40x30 mono8, 25.0 Hz, {ages}, jitter 0 ms, reliable, camera, driver'
+    robot = replace(SOUND[name], arrivals={IMAGE: lambda s: s + 0.01 + 0.02 * (s == NOW_S + 2.0)})
+    (found,) = [v for v in robot.verdicts() if v.subject == IMAGE]
+    assert found.text == f'40x30 mono8, 25.0 Hz, {ages}, jitter 20 ms, reliable, camera, driver'
 
 
 def two(kind: str) -> tuple[End, ...]:
@@ -200,12 +210,47 @@ def number(value: float) -> bytes:
     return struct.pack('<d', value)
 
 
+def slowly(time_s: float) -> float:
+    return NOW_S + 1.1 * (time_s - NOW_S)
+
+
+def dark(encoding: str, step: int) -> Callable[[int], bytes]:
+    def image(stamp_ns: int) -> bytes:
+        head = picture(stamp_ns, encoding, step)[: -step * SIZE[0] * SIZE[1]]
+        return head + bytes(step * SIZE[0] * SIZE[1])
+
+    return image
+
+
+def seeing(degrees: float) -> PinholeCamera:
+    fov_rad = math.radians(degrees)
+    return PinholeCamera.from_field_of_view(width_px=40, height_px=30, horizontal_fov_rad=fov_rad)
+
+
+def bent(widths: float) -> PinholeCamera:
+    """Return the camera whose lens moves the corner by so many times the width."""
+    x, y = CAMERA.cx_px / CAMERA.fx_px, CAMERA.cy_px / CAMERA.fy_px
+    factor = widths * CAMERA.width_px / math.hypot(CAMERA.cx_px, CAMERA.cy_px)
+    return lens(distortion=(factor / (x * x + y * y), 0.0, 0.0, 0.0, 0.0))
+
+
 def frozen(stamp_ns: int) -> bytes:
     return image_to_raw((np.arange(1200) % 200).reshape(30, 40).astype(np.uint8), stamp_ns)
 
 
 FAULTS: dict[str, tuple[Robot, str, str, str]] = {
-    'no camera': (Robot(publishers={IMAGE: ()}), IMAGE, WRONG, 'nobody publishes it'),
+    'no camera': (Robot(publishers={IMAGE: ()}), IMAGE, WRONG, 'publishes it; start its driver'),
+    'no odometry, bumpers are optional': (
+        Robot(
+            robot=RobotConfig(bumpers='optional'),
+            publishers={ODOM: ()},
+            topics=frozenset({GROUND_TRUTH, IMAGE, COMPRESSED_IMAGE}),
+        ),
+        ODOM, WRONG, 'publishes it; start its driver',
+    ),
+    'no joint states': (
+        Robot(publishers={JOINT_STATES: ()}), JOINT_STATES, WRONG, 'head: none of landmark',
+    ),
     'only compressed images': (
         Robot(publishers={IMAGE: ()}, topics=frozenset({COMPRESSED_IMAGE})),
         IMAGE, WRONG, 'image_transport: compressed',
@@ -218,7 +263,17 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
         ),
         COMPRESSED_IMAGE, WRONG, 'image_transport: raw',
     ),
-    'advertised, silent': (Robot(ticks={ODOM: range(0)}), ODOM, WRONG, 'nothing comes'),
+    'advertised, silent': (
+        Robot(ticks={ODOM: range(0)}), ODOM, WRONG, 'nothing comes; start the driver',
+    ),
+    'silent bumpers': (
+        Robot(ticks={BUMPERS: range(0)}), BUMPERS, WRONG, 'nothing comes; start the driver',
+    ),
+    'a silent calibration': (
+        Robot(ticks={CAMERA_INFO: range(0)}), CAMERA_INFO, WRONG, 'nothing comes; latch it',
+    ),
+    'one message': (Robot(ticks={BUMPERS: range(1)}), BUMPERS, WARN, '0.0 Hz is slow'),
+    'one image': (Robot(ticks={IMAGE: range(1)}), IMAGE, WARN, '0.0 Hz is slow'),
     'another type': (
         Robot(publishers={ODOM: (End(node='base', kind='geometry_msgs/msg/PoseStamped'),)}),
         ODOM, WRONG, 'send nav_msgs/msg/Odometry',
@@ -230,12 +285,20 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
         Robot(image=lambda ns: picture(ns, 'h264')), IMAGE, WRONG, "encoding = 'h264'",
     ),
     'cut images': (Robot(raw={IMAGE: lambda raw: raw[:-8]}), IMAGE, WRONG, 'too short'),
-    'dark images': (
-        Robot(image=lambda ns: image_to_raw(np.zeros(SIZE[::-1], np.uint8), ns)),
-        IMAGE, WARN, 'all pixels are 0',
+    'dark images': (Robot(image=dark('mono8', 1)), IMAGE, WARN, 'all pixels are 0; take off'),
+    'dark deep images': (
+        Robot(image=dark('mono16', 2)), IMAGE, WARN, '0; image_bits: 10 or 12 of landmark',
+    ),
+    'dark deep images by another name': (
+        Robot(image=dark('16UC1', 2)), IMAGE, WARN, '0; image_bits: 10 or 12 of landmark',
     ),
     'frozen images': (Robot(image=frozen), IMAGE, WARN, 'all images are the same'),
-    'slow images': (Robot(ticks={IMAGE: range(0, TICKS, 8)}), IMAGE, WARN, '3.1 Hz is slow'),
+    'slow images': (
+        Robot(
+            ticks={IMAGE: range(0, TICKS, 3)}, stamps={IMAGE: slowly}, arrivals={IMAGE: slowly}
+        ),
+        IMAGE, WARN, '7.6 Hz is slow',
+    ),
     'a gap': (
         Robot(
             stamps={ODOM: lambda s: s + 0.6 * (s > NOW_S + 2.0)},
@@ -252,8 +315,15 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
         ODOM, WRONG, 'stamps go back',
     ),
     'two clocks': (Robot(stamps={ODOM: simulated}), ODOM, WRONG, 'use_sim_time'),
+    'a clock behind': (
+        Robot(stamps={BUMPERS: lambda s: s - 1.5}), BUMPERS, WRONG, '1.5 s behind those',
+    ),
+    'a clock ahead': (Robot(stamps={ODOM: lambda s: s + 1.5}), ODOM, WRONG, '1.5 s ahead of'),
     'late odometry': (
         Robot(arrivals={ODOM: lambda s: s + 0.22}), ODOM, WARN, 'input_wait_s: 0.25',
+    ),
+    'later odometry': (
+        Robot(arrivals={ODOM: lambda s: s + 0.255}), ODOM, WARN, 'input_wait_s: 0.25',
     ),
     'old images': (Robot(arrivals={IMAGE: lambda s: s + 0.7}), IMAGE, WARN, '0.70 s old'),
     'no calibration': (
@@ -264,16 +334,34 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
         Robot(camera=lens(width_px=80, height_px=60, cx_px=39.5, cy_px=29.5)),
         IMAGE, WRONG, 'says 80x60',
     ),
+    'calibrated at half the size': (
+        Robot(camera=lens(width_px=20, height_px=15, cx_px=9.5, cy_px=7.0)),
+        IMAGE, WRONG, 'says 20x15',
+    ),
+    'a field of view that is too small': (
+        Robot(camera=seeing(19.4)), CAMERA_INFO, WRONG, 'view of 19 deg',
+    ),
+    'a field of view that is too large': (
+        Robot(camera=seeing(150.6)), CAMERA_INFO, WRONG, 'view of 151 deg',
+    ),
     'an absurd field of view': (
         Robot(camera=lens(fx_px=500.0, fy_px=500.0)), CAMERA_INFO, WRONG, 'view of 5 deg',
     ),
     'pixels that are not square': (
-        Robot(camera=lens(fy_px=1.3 * CAMERA.fy_px)), CAMERA_INFO, WARN, 'times their height',
+        Robot(camera=lens(fy_px=1.3 * CAMERA.fy_px)),
+        CAMERA_INFO, WARN, 'K has pixels of 0.77 times their height',
+    ),
+    'pixels that are wide': (
+        Robot(camera=lens(fy_px=CAMERA.fy_px / 1.3)),
+        CAMERA_INFO, WARN, 'K has pixels of 1.30 times their height',
     ),
     'a centre elsewhere': (Robot(camera=lens(cx_px=3.0)), CAMERA_INFO, WRONG, 'centre at 3, 14'),
     'an absurd lens': (
         Robot(camera=lens(distortion=(30.0, 0.0, 0.0, 0.0, 0.0))),
         CAMERA_INFO, WARN, 'moves a corner by',
+    ),
+    'a lens that is too strong': (
+        Robot(camera=bent(0.55)), CAMERA_INFO, WARN, 'moves a corner by 22 px',
     ),
     'an unknown lens model': (
         Robot(
@@ -289,6 +377,10 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
     'a position that is not finite': (
         Robot(pose=Pose2(x_m=math.nan, y_m=0.0, heading_rad=0.0)), ODOM, WRONG, 'nan',
     ),
+    'far away': (
+        Robot(pose=Pose2(x_m=0.0, y_m=-100.5, heading_rad=0.0)), ODOM, WARN, 'is at -0, -100',
+    ),
+    'a robot that moves': (Robot(crept_m=(0.015, 0.015)), ODOM, WARN, 'moves by itself'),
     'millimetres': (
         Robot(pose=Pose2(x_m=1500.0, y_m=0.0, heading_rad=0.0)),
         ODOM, WARN, 'positions are metres',
@@ -297,7 +389,15 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
     'a pressed bumper': (
         Robot(pressed=tuple(i == 4 for i in range(20))), BUMPERS, WARN, 'bumper 4 is pressed',
     ),
-    'nobody drives': (Robot(drive=()), CMD_VEL, WRONG, 'nobody listens'),
+    'nobody drives': (Robot(drive=()), CMD_VEL, WRONG, 'nobody listens; remap the topic of'),
+    'a base that takes something else': (
+        Robot(drive=(End(node='base', kind='std_msgs/msg/String'),)),
+        CMD_VEL, WRONG, f'base expects std_msgs/msg/String; take {STAMPED}',
+    ),
+    'a head that takes something else': (
+        Robot(heads=(End(node='head', kind=TWIST),)),
+        HEAD_COMMAND, WRONG, 'take sensor_msgs/msg/JointState',
+    ),
     'a base that takes a Twist': (
         Robot(drive=(End(node='base', kind=TWIST),)), CMD_VEL, WRONG, 'stamped_cmd_vel: false',
     ),
@@ -308,7 +408,7 @@ FAULTS: dict[str, tuple[Robot, str, str, str]] = {
         Robot(drivers=(End(node='joystick', kind=STAMPED),)), CMD_VEL, WRONG, 'joystick commands',
     ),
     'a head that does not listen': (
-        Robot(listens_to_head=False), HEAD_COMMAND, WRONG, 'nobody listens',
+        Robot(heads=()), HEAD_COMMAND, WRONG, 'nobody listens; subscribe the head to it',
     ),
 }  # fmt: skip
 
@@ -318,11 +418,32 @@ def test_a_planted_fault_is_named_with_its_cure(
     robot: Robot, subject: str, level: str, words: str
 ) -> None:
     verdicts = robot.verdicts()
-    faults = [v for v in verdicts if v.level in (WARN, WRONG)]
-    assert {v.subject for v in faults} == {subject}, faults
-    assert [v for v in faults if v.level == level and words in f'{v.text}; {v.cure}'], faults
-    assert all(v.cure for v in faults)
+    (fault,) = [v for v in verdicts if v.level in (WARN, WRONG)]
+    assert (fault.subject, fault.level) == (subject, level)
+    assert words in f'{fault.text}; {fault.cure}'
+    assert fault.cure
     assert can_drive(verdicts) == (level == WARN)
+    if subject in TOPICS:
+        ok = ['ok'] if level == WARN else []
+        assert [v.level for v in verdicts if v.subject == subject] == [*ok, level]
+
+
+@pytest.mark.parametrize(
+    'robot',
+    [
+        *(Robot(camera=camera) for camera in (seeing(20.5), seeing(149.5), bent(0.45))),
+        Robot(pose=Pose2(x_m=99.5, y_m=0.0, heading_rad=0.0)),
+        Robot(arrivals=dict.fromkeys(TOPICS, lambda s: s + 60.5)),
+    ],
+)
+def test_what_is_just_within_the_limits_is_no_fault(robot: Robot) -> None:
+    assert [v for v in robot.verdicts() if v.level not in ('ok', 'note')] == []
+
+
+def test_stamps_of_a_minute_ago_are_of_a_slow_network() -> None:
+    robot = Robot(arrivals=dict.fromkeys(TOPICS, lambda s: s + 59.5))
+    late = [v.subject for v in robot.verdicts() if 'stamps are 59.50 s old' in v.text]
+    assert late == [IMAGE, ODOM, JOINT_STATES, BUMPERS]
 
 
 def standing(
