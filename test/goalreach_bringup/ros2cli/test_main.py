@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from goalreach_bringup.ros2cli.main import main
+from goalreach_bringup.ros2cli.main import main, make_parser
 
 VERBS = {
     'node': 'info list',
@@ -62,6 +62,40 @@ def test_wrong_words_end_with_status_2(
         main(arguments)
     assert caught.value.code == 2
     assert 'error: ' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('option', 'text', 'wanted'),
+    [
+        ('-r', 'nan', 'positive number'),
+        ('-r', 'inf', 'positive number'),
+        ('-r', '0', 'positive number'),
+        ('-r', 'fast', 'positive number'),
+        ('-t', '0', 'positive integer'),
+        ('-t', '1.5', 'positive integer'),
+    ],
+)
+def test_a_number_that_is_refused_is_told_what_it_must_be(
+    option: str, text: str, wanted: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(['topic', 'pub', '/a', 'std_msgs/msg/Bool', option, text])
+    assert f'value must be a {wanted}' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'name', 'value'),
+    [
+        ('topic list', 'show_types', False),
+        ('topic list -t', 'show_types', True),
+        ('topic echo /a -l 0', 'truncate_length', 0),
+        ('topic hz /a -w 1', 'window', 1),
+        ('topic pub /a std_msgs/msg/Bool -r 1e-300', 'rate', 1e-300),
+    ],
+)
+def test_options_are_read(arguments: str, name: str, value: object) -> None:
+    words = arguments.split()
+    assert getattr(make_parser(words).parse_args(words), name) == value
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,13 @@ def test_byte_is_a_character() -> None:
     assert text.startswith('level: "\\x02"\nname: \'\'\n')
 
 
+def test_text_of_any_language_stays_legible() -> None:
+    assert message_to_yaml(String(data='Nähe')) == 'data: Nähe\n'
+
+
 def test_long_arrays_and_strings_end_with_dots() -> None:
     assert message_to_yaml(String(data='abcd'), 3) == 'data: abc...\n'
+    assert message_to_yaml(String(data='abc'), 3) == 'data: abc\n'
     image = Image(data=[1, 2, 3, 4])
     assert message_to_yaml(image, 3).endswith("data:\n- 1\n- 2\n- 3\n- '...'\n")
     image = Image(data=[1, 2, 3])

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+from datetime import date
+import math
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovariance
 import numpy as np
 import pytest
 from sensor_msgs.msg import Image, JointState
-from std_msgs.msg import Bool, Float64, Int8, String
+from std_msgs.msg import Bool, Byte, Float64, Float64MultiArray, Int8, String
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 from goalreach_bringup.ros2cli.messages import build_message, parse_values
 from goalreach_msgs_py.errors import CommandError
@@ -37,6 +41,23 @@ def test_lists_of_messages_and_bytes() -> None:
     assert array.status[0].values[0].value == '0.5'
 
 
+@pytest.mark.parametrize(
+    ('kind', 'value', 'converted'),
+    [
+        (Bool, 0, False),
+        (Bool, 1, True),
+        (Int8, -3.0, -3),
+        (Int8, '7', 7),
+        (Byte, '\x02', b'\x02'),
+        (String, 1.5, '1.5'),
+    ],
+)
+def test_what_loses_nothing_is_converted(kind: object, value: object, converted: object) -> None:
+    message, _ = build_message(kind, {'data': value})
+    assert message.data == converted
+    assert type(message.data) is type(converted)
+
+
 def test_auto_and_now_are_stamped_later() -> None:
     message, stampers = build_message(PoseStamped, {'header': 'auto'})
     assert message.header.stamp == Time()
@@ -56,7 +77,24 @@ def test_auto_and_now_are_stamped_later() -> None:
         (Float64, {'data': None}, 'data = None: must be of type float'),
         (Float64, {'data': [1.0]}, 'data = [1.0]: must be of type float'),
         (Int8, {'data': 1.7}, 'data = 1.7: must be of type int'),
+        (Int8, {'data': -1.7}, 'data = -1.7: must be of type int'),
+        (Int8, {'data': math.inf}, 'data = inf: must be of type int'),
+        (Float64, {'data': date(2026, 11, 30)}, 'data = datetime.date(2026, 11, 30): must be'),
         (Int8, {'data': 300}, 'data: The '),
+        (Byte, {'data': ''}, "data = '': must be of type bytes"),
+        (Byte, {'data': 'ab'}, "data = 'ab': must be of type bytes"),
+        (Bool, {'data': -1}, 'data = -1: must be of type bool'),
+        (Bool, {'data': 2}, 'data = 2: must be of type bool'),
+        (String, {'data': None}, 'data = None: must be of type str'),
+        (String, {'data': [1]}, 'data = [1]: must be of type str'),
+        (PoseStamped, {'pose': 'auto'}, "pose = 'auto': must be a dictionary"),
+        (PoseStamped, {'pose': 'now'}, "pose = 'now': must be a dictionary"),
+        (PoseStamped, {'header': 'now'}, "header = 'now': must be a dictionary"),
+        (PoseStamped, {'header': {'stamp': 'auto'}}, "header.stamp = 'auto': must be a dict"),
+        (PoseStamped, {'header': {'stamp': 'soon'}}, "header.stamp = 'soon': must be a dict"),
+        (PoseStamped, {'header': {'stamp': {'sec': 2**31}}}, 'header.stamp.sec: The '),
+        (Float64MultiArray, {'layout': 'auto'}, "layout = 'auto': must be a dictionary"),
+        (JointTrajectoryPoint, {'time_from_start': 'now'}, "time_from_start = 'now': must be"),
         (Bool, {'data': 'false'}, "data = 'false': must be of type bool"),
         (String, {'text': 'x'}, "'String' object has no attribute 'text'"),
         (PoseStamped, {'pose': {'position': 3}}, 'pose.position = 3: must be a dictionary'),

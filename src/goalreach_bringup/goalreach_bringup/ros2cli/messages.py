@@ -62,10 +62,8 @@ def message_to_yaml(message: object, most: int | None = None, *, arrays: bool = 
 
 def _plain(value: Any, most: int, *, arrays: bool) -> object:
     """Return a value as dicts, lists, strings, bytes, numbers and booleans alone."""
-    if isinstance(value, (bool, int, float)):
+    if isinstance(value, (bool, int, float, bytes)):  # bytes: one
         return value
-    if isinstance(value, bytes):
-        return value if len(value) <= most else value[:most] + b'...'
     if isinstance(value, str):
         return value if len(value) <= most else f'{value[:most]}...'
     if isinstance(value, _SEQUENCES):
