@@ -13,6 +13,7 @@ from goalreach_bringup.robot_check.moves import (
     TURN_RAD,
     Measurement,
     SquareDrive,
+    is_known,
     judge_motion,
     plan_square,
 )
@@ -22,7 +23,7 @@ from goalreach_msgs_py.angles import wrap_angle
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.obstacles import Obstacle
-from goalreach_msgs_py.values import HeadAngles, Pose2
+from goalreach_msgs_py.values import HeadAngles, Pose2, PoseEstimate
 
 RADIUS_M = 0.225
 ARENA = Arena()
@@ -76,6 +77,16 @@ def test_the_one_square_in_a_corner_is_found_from_each_heading(
     start = Pose2(x_m=0.45, y_m=0.45, heading_rad=math.radians(heading_deg))
     turns_rad = plan_square(Arena(obstacles=obstacles), start, 1.0, RADIUS_M)
     assert np.degrees(turns_rad) == pytest.approx([turn_deg, corner_deg])
+
+
+@pytest.mark.parametrize(
+    ('sigmas', 'known'),
+    [((0.19, 0.19, 3.0), True), ((0.21, 0.1, 0.1), False), ((0.1, 0.21, 0.1), False)],
+)
+def test_a_pose_is_known_by_its_position(sigmas: tuple[float, ...], known: object) -> None:
+    pose = Pose2(x_m=1.0, y_m=2.0, heading_rad=0.0)
+    estimate = PoseEstimate(pose=pose, covariance=np.diag(np.square(sigmas)))
+    assert is_known(estimate) is known
 
 
 def test_the_drive_stays_ended_wherever_the_robot_is_pushed() -> None:

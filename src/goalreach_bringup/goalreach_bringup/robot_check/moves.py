@@ -14,7 +14,7 @@ from goalreach_learning.steering import HeadingFollower
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2, Twist2
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2, PoseEstimate, Twist2
 
 TURN_RAD: Final = math.radians(10.0)
 DRIVE_M: Final = 0.1
@@ -27,6 +27,8 @@ _CLEARANCE_M: Final = 0.15
 """Distance of the body from walls and obstacles, for a robot not yet calibrated. Chosen."""
 _TURNS: Final = sorted((math.radians(15.0 * k) for k in range(-9, 9)), key=abs)
 """First turns: one of the two headings of a square is no farther. Chosen."""
+_KNOWN_M: Final = 0.2
+"""Sigma of x and y from which a pose is unknown. Chosen."""
 _RIGHT_ANGLE_RAD: Final = math.pi / 2
 _SIDES: Final = 4
 _SAMPLES: Final = 20
@@ -39,7 +41,7 @@ class Measurement:
     Attributes:
         head: Joint angles.
         pose: Pose by odometry.
-        rays: (n, 2) tangents of the angles to LEDs, right and down in the image, from the left.
+        rays: (n, 2) tangents of the angles to LEDs, right and down in the image.
     """
 
     head: HeadAngles
@@ -105,6 +107,11 @@ def _compare(moved: float, subject: str) -> tuple[str, str, str]:
         degrees = _RANGE[0] <= math.radians(ratio) <= _RANGE[1]
         return WRONG, text, 'send radians, not degrees' if degrees else 'the scale is wrong'
     return OK, text, ''
+
+
+def is_known(estimate: PoseEstimate) -> bool:
+    """Return whether the position is certain enough to drive by."""
+    return bool(estimate.covariance[[0, 1], [0, 1]].max() < _KNOWN_M**2)
 
 
 def plan_square(

@@ -55,9 +55,8 @@ _PAUSE_S, _SILENT_S = 0.3, 10.0
 """Time without a pose after which the robot stands, and after which the drive ends. Chosen."""
 _SEARCH_S: Final = 60.0
 """Longest search for the pose: the head looks around twice. Chosen."""
-_KNOWN_M: Final = 0.2
 _APART_M: Final = 0.4
-"""Largest sigma of a known pose, and largest distance of images from odometry. Chosen."""
+"""Largest distance of images from odometry. Chosen."""
 _LONGEST_NS: Final = 300_000_000_000
 _STAND: Final = 25
 """Images of a robot that stands, before and after. Chosen."""
@@ -181,8 +180,7 @@ class RobotListener:
         camera = self._robot.inputs[topics.CAMERA_INFO].last
         spots = LocalizerConfig().spot_detector().in_frame(heard.last)
         seen_px = spots.pixels_px[[row for row, is_led in enumerate(spots.led_like) if is_led]]
-        rays = (seen_px - (camera.cx_px, camera.cy_px)) / (camera.fx_px, camera.fy_px)
-        return np.asarray(rays[np.argsort(rays[:, 0])], np.float64)
+        return np.asarray((seen_px - (camera.cx_px, camera.cy_px)) / (camera.fx_px, camera.fy_px))
 
 
 def _qos_words(info: TopicEndpointInfo) -> str:
@@ -267,7 +265,7 @@ class CalibrationDrive(RobotListener):
         until_s, since = time.monotonic() + _SEARCH_S, list[int]()
         while len(since) < _STAND:
             estimate = self._next()
-            since = [*since, self._now_ns] if _is_known(estimate) else []
+            since = [*since, self._now_ns] if moves.is_known(estimate) else []
             if time.monotonic() > until_s:
                 raise GoalreachError('the pose is not found: let the robot face the landmarks')
         return since[0], estimate.pose
@@ -280,7 +278,7 @@ class CalibrationDrive(RobotListener):
             estimate = self._next(command or STANDING)
             at = moved_on(pose, begin, self._odometry)
             apart_m = math.hypot(at.x_m - estimate.pose.x_m, at.y_m - estimate.pose.y_m)
-            if _is_known(estimate) and apart_m > _APART_M:
+            if moves.is_known(estimate) and apart_m > _APART_M:
                 line = f'images and odometry are {apart_m:.1f} m apart: check-robot --move'
                 raise GoalreachError(line)
             if self._now_ns > until_ns:
@@ -295,14 +293,10 @@ class CalibrationDrive(RobotListener):
         sightings = [
             (stamp_ns * 1e-9, poses[stamp_ns].pose, landmarks)
             for stamp_ns, landmarks in sorted(self._landmarks.items())
-            if stamp_ns >= begin_ns and stamp_ns in poses and _is_known(poses[stamp_ns])
+            if stamp_ns >= begin_ns and stamp_ns in poses and moves.is_known(poses[stamp_ns])
             if any(landmarks)
         ]
         if len(sightings) < 2 * _STAND:
             raise GoalreachError(f'only {len(sightings)} images show landmarks')
         camera = inputs[topics.CAMERA_INFO].last
         return DriveRecord.collect(odometry, joints or (), sightings, camera)
-
-
-def _is_known(estimate: PoseEstimate) -> bool:
-    return bool(estimate.covariance[[0, 1], [0, 1]].max() < _KNOWN_M**2)
