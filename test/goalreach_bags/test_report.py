@@ -7,9 +7,9 @@ import pytest
 
 from goalreach_bags.compare import FieldDifference, TopicComparison, TopicResult
 from goalreach_bags.reader import BagReader
-from goalreach_bags.recording import LOST_KEY
+from goalreach_bags.recording import CLOCK_KEY, LOST_KEY, PARAMETERS_KEY
 from goalreach_bags.report import show_bag, show_comparison, show_recomputation
-from small_bags import texts, write_bag
+from small_bags import string_topic, texts, write_bag
 
 Capture = pytest.CaptureFixture[str]
 
@@ -30,6 +30,36 @@ def test_bytes_seconds_messages_and_losses_are_counted(tmp_path: Path, capsys: C
         'messages: 11, lost 7',
         '| /text | std_msgs/msg/String | 11 | 1000.00 | 3 |',
     } <= {*shown(capsys)}
+
+
+def test_clock_state_and_parameters_are_told(tmp_path: Path, capsys: Capture) -> None:
+    """A rate needs two messages."""
+    custom = {CLOCK_KEY: 'sim', PARAMETERS_KEY: 'a: 1'}
+    topics = [string_topic(name) for name in ('/text', '/once', '/never')]
+    messages = [('/text', 1, b''), ('/once', 1, b''), ('/text', 2_000_000_001, b'')]
+    write_bag(tmp_path / 'bag', messages, topics=topics, custom=custom)
+    with BagReader(tmp_path / 'bag') as bag:
+        show_bag(bag, check=True)
+        lines = shown(capsys)
+        show_bag(bag, check=False)
+    assert 'state: not checked: --check reads all of it' in shown(capsys)
+    assert {
+        'clock: /clock',
+        'state: sound',
+        'parameters: those of the run are kept',
+        '| /text | std_msgs/msg/String | 2 | 0.50 | 0 |',
+        '| /once | std_msgs/msg/String | 1 | | 0 |',
+        '| /never | std_msgs/msg/String | 0 | | 0 |',
+    } <= {*lines}
+
+
+def test_a_bag_of_one_moment_has_no_rate(tmp_path: Path, capsys: Capture) -> None:
+    write_bag(tmp_path / 'bag', [('/text', 1, b''), ('/text', 1, b'')])
+    with BagReader(tmp_path / 'bag') as bag:
+        show_bag(bag, check=None)
+    lines = shown(capsys)
+    assert '| /text | std_msgs/msg/String | 2 | | 0 |' in lines
+    assert {'clock: unknown', 'state: sound', 'parameters: unknown'} <= {*lines}
 
 
 def test_a_comparison_ends_with_the_first_difference(capsys: Capture) -> None:

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 import pytest
 from rosbags.interfaces import QosReliability
 
-from goalreach_bags.topic import message_definition, offers_to_text, parse_offers
+from goalreach_bags.topic import merge_topics, message_definition, offers_to_text, parse_offers
 from goalreach_msgs_py.errors import GoalreachError
-from small_bags import DEFAULT_OFFER
+from small_bags import DEFAULT_OFFER, string_topic
 
 RELIABILITIES = st.sampled_from([one.name.lower() for one in QosReliability])
 
@@ -27,6 +27,23 @@ def test_offers_that_are_not_understood_are_none(text: str) -> None:
     assert parse_offers(text) == ()
 
 
+@pytest.mark.parametrize(
+    ('depth', 'understood'),
+    [(0, True), (1, True), (2**63 - 1, True), (2**63, False), (-1, False), (1.5, False)],
+)
+def test_numbers_of_an_offer_fit_those_of_a_publisher(depth: float, understood: object) -> None:
+    offers = ({**DEFAULT_OFFER, 'depth': depth},)
+    assert (parse_offers([*offers]) == offers) is understood
+    assert bool(parse_offers([*offers])) is understood
+
+
+def test_later_descriptions_of_a_topic_add_what_the_first_lacks() -> None:
+    bare = string_topic(type_hash='', offers=())
+    first, later = string_topic(type_hash='first'), string_topic(type_hash='later', offers=())
+    assert merge_topics([bare, first]) == {'/text': first}
+    assert merge_topics([first, later]) == {'/text': first}
+
+
 def test_definition_holds_all_that_a_message_is_made_of() -> None:
     text = message_definition('geometry_msgs/msg/PoseStamped')
 
@@ -38,9 +55,21 @@ def test_definition_holds_all_that_a_message_is_made_of() -> None:
         'MSG: std_msgs/Header',
         'MSG: builtin_interfaces/Time',
     ]
+    assert text.splitlines().count(80 * '=') == len(headings)
 
 
-@pytest.mark.parametrize('name', ['sensor_msgs/msg/Nothing', 'nothing', 'std_srvs/srv/Trigger'])
+@pytest.mark.parametrize(
+    'name',
+    [
+        'sensor_msgs/msg/Nothing',
+        'nothing',
+        'std_srvs/srv/Trigger',
+        'std_msgs/Bool',
+        'std_msgs/srv/Bool',
+        'std_msgs/action/Bool',
+        'std_msgs/msg/Bool/more',
+    ],
+)
 def test_definition_that_is_not_installed_is_refused(name: str) -> None:
     with pytest.raises(GoalreachError, match=name.split('/', maxsplit=1)[0]):
         message_definition(name)
