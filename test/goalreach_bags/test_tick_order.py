@@ -2,6 +2,7 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+import pytest
 
 from goalreach_bags.tick_order import SequenceCount, TickOrder
 
@@ -56,6 +57,39 @@ def test_what_came_before_the_first_tick_gets_its_time() -> None:
     ]
 
 
+def test_without_a_tick_all_is_at_zero() -> None:
+    assert taken(TickOrder(['/image']), [('/markers', None, b'm')]) == [('/markers', 0, b'm')]
+
+
+@pytest.mark.parametrize(
+    ('topics', 'ticks', 'settled'),
+    [
+        (('/image', '/pose'), 2, 0),  # two are held back
+        (('/image', '/pose'), 3, 1),
+        (('/image', '/pose'), 6, 4),
+        (('/image',), 64, 0),  # the pose may still come
+        (('/image',), 65, 63),
+    ],
+)
+def test_ticks_settle_once_nothing_of_them_can_come(
+    topics: tuple[str, ...], ticks: int, settled: int
+) -> None:
+    order = TickOrder(['/image', '/pose'])
+    for stamp_ns in range(1, ticks + 1):
+        for topic in topics:
+            order.add(topic, stamp_ns, b'%d' % stamp_ns)
+    expected = [(topic, stamp_ns) for stamp_ns in range(1, settled + 1) for topic in topics]
+    assert [(m.topic, m.time_ns) for m in order.settled()] == expected
+    assert list(order.settled()) == []
+    order.add('/image', 0, b'late')
+    assert list(order.settled()) == []
+    assert order.complete == ('/pose' in topics)
+    assert [(m.topic, m.time_ns) for m in order.rest()] == [
+        ('/image', 0),
+        *((topic, ns) for ns in range(settled + 1, ticks + 1) for topic in topics),
+    ]
+
+
 def test_repetitions_are_dropped() -> None:
     order = TickOrder(['/image', '/pose'])
 
@@ -107,6 +141,13 @@ def test_what_was_published_before_the_first_is_not_lost() -> None:
 
 def test_publishers_that_take_turns_lose_nothing() -> None:
     assert lost([1, 1, 2, 2, 3, 4, 3, 5, 4], publishers=2) == 0
+
+
+def test_a_gap_after_a_publisher_has_gone_is_counted() -> None:
+    count = SequenceCount()
+    for number, publishers in ((1, 2), (1, 2), (3, 1)):
+        count.add(number, publishers)
+    assert count.lost == 1
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=60))
