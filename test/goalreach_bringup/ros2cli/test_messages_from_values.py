@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Bool, Byte, Float64, Float64MultiArray, Int8, String
-from trajectory_msgs.msg import JointTrajectoryPoint
+from visualization_msgs.msg import Marker
 
 from goalreach_bringup.ros2cli.messages import build_message, parse_values
 from goalreach_msgs_py.errors import CommandError
@@ -94,7 +94,7 @@ def test_auto_and_now_are_stamped_later() -> None:
         (PoseStamped, {'header': {'stamp': 'soon'}}, "header.stamp = 'soon': must be a dict"),
         (PoseStamped, {'header': {'stamp': {'sec': 2**31}}}, 'header.stamp.sec: The '),
         (Float64MultiArray, {'layout': 'auto'}, "layout = 'auto': must be a dictionary"),
-        (JointTrajectoryPoint, {'time_from_start': 'now'}, "time_from_start = 'now': must be"),
+        (Marker, {'lifetime': 'now'}, "lifetime = 'now': must be a dictionary"),
         (Bool, {'data': 'false'}, "data = 'false': must be of type bool"),
         (String, {'text': 'x'}, "'String' object has no attribute 'text'"),
         (PoseStamped, {'pose': {'position': 3}}, 'pose.position = 3: must be a dictionary'),
