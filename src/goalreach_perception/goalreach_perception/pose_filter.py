@@ -67,8 +67,8 @@ _LARGEST_GROWTH = 1000.0
 _LARGEST_COARSE_GROWTH = 9.0
 """Largest growth of variances at which a coarse pose may be right: sigmas three times as large as
 those of the parameters. Chosen."""
-_COARSE_INFLATION = 1.7
-"""Factor on the covariance of a pose after a coarse start: 1.3 on its sigmas. Chosen."""
+_COARSE_INFLATION = np.outer([1.0, 1.0, 1.3], [1.0, 1.0, 1.3])
+"""Factors on the covariance after a coarse start: 1.3 on the sigma of the heading. Chosen."""
 _COARSE_SURVEY_M = 0.045
 """Added uncertainty of a coarse position until an image of three LEDs confirms it: a panorama fits
 a survey that is wrong by 4 in as well. Chosen: a tenth below what a state accepts."""
@@ -183,7 +183,7 @@ class PoseFilter:
 
     @property
     def pose_covariance(self) -> FloatArray:
-        """The covariance of x, y, heading, (3, 3), inflated after a coarse start.
+        """The covariance of x, y, heading, (3, 3), larger after a coarse start.
 
         Once the survey has not fitted, the frame `map` itself is uncertain; another constant that
         does not fit adds less.
