@@ -300,7 +300,7 @@ class PoseFilter:
         self.mean[DELAY], self.covariance[DELAY, DELAY] = known
 
     def fade(self, dt_s: float) -> None:
-        """Let constants fade towards their prior, and doubts; an infinite time restores it."""
+        """Let constants and doubts fade; an infinite time restores the prior of the constants."""
         self._unfaded_s += dt_s
         if self._unfaded_s >= _FADING_STEP_S:
             if not self.is_unsettled:
