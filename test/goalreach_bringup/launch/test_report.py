@@ -11,30 +11,17 @@ from unittest.mock import Mock
 
 import pytest
 
+from driven_paths import driven_path
 from goalreach_bringup.launch import report
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_evaluation.choices import arena_names
-from goalreach_evaluation.path_metrics import PathResult, PathTally
+from goalreach_evaluation.path_metrics import PathTally
 from goalreach_msgs_py.values import Pose2
 
 START = {'arena': 'paper', 'policy': 'paper', 'starts': '0.9,3.0,90', 'paths': 2}
 
 LOG = logging.getLogger('goalreach_bringup.launch.session')
 Capture = pytest.CaptureFixture[str]
-
-
-def path(outcome: str = 'goal') -> PathResult:
-    return PathResult(
-        start=Pose2(x_m=1.0, y_m=2.25, heading_rad=-math.pi / 2),
-        outcome=outcome,
-        duration_s=2.5,
-        length_m=1.5,
-        turning_rad=0.0,
-        max_heading_step_rad=0.0,
-        pose_error_m={},
-        heading_error_rad={},
-        trace=(),
-    )
 
 
 @pytest.mark.parametrize('quiet', [False, True])
@@ -48,8 +35,8 @@ def test_problems_go_to_stderr_and_all_else_to_stdout_unless_quiet(
         LOG.info(long)
         LOG.warning('%s2', long)
         LOG.error('%s3', long)
-        run.path(path())
-        run.table(PathTally.of([path()]), mode='crisp', sim_time_s=2.5, wall_time_s=1.0)
+        run.path(driven_path())
+        run.table(PathTally.of([driven_path()]), mode='crisp', sim_time_s=2.5, wall_time_s=1.0)
     LOG.error('after the end')
     told = capsys.readouterr()
     assert told.err == f'{long}2\n{long}3\n'
@@ -63,7 +50,7 @@ def test_problems_go_to_stderr_and_all_else_to_stdout_unless_quiet(
 def test_a_path_is_a_line_with_its_number(capsys: Capture) -> None:
     with report.RunReport(quiet=False, total=2) as run:
         assert not run.is_complete
-        run.path(path())
+        run.path(driven_path())
         assert not run.is_complete
         run.path(None)
         assert run.is_complete
@@ -72,7 +59,7 @@ def test_a_path_is_a_line_with_its_number(capsys: Capture) -> None:
     assert told.out == f'path     1/2  {line}\n'
     assert told.err == 'path     2/2  its end was not received: not judged\n'
     with report.RunReport(quiet=False, total=0) as endless:
-        endless.path(path())
+        endless.path(driven_path())
         assert not endless.is_complete
     assert capsys.readouterr().out == f'path       1  {line}\n'
 
@@ -87,7 +74,7 @@ def test_on_a_terminal_a_path_that_missed_the_goal_has_a_colour(
     monkeypatch.setenv('TERM', 'xterm')
     monkeypatch.delenv('NO_COLOR', raising=False)
     with report.RunReport(quiet=False, total=1) as run:
-        run.path(path(outcome))
+        run.path(driven_path(outcome))
         LOG.warning('careful')
     told = capsys.readouterr()
     assert ('\x1b[1;31m' in told.out) == coloured
@@ -163,7 +150,7 @@ def test_the_page_is_told_what_runs_and_what_could_run(tmp_path: Path) -> None:
     ):
         page: Any = Mock()
         requests = report.RunRequests(page, options, directory=tmp_path, stop=stop)
-        requests.add_path(path('bump'))
+        requests.add_path(driven_path('bump'))
         (name, begin), *events = told(requests)
         assert (name, begin['policies']) == (
             'begin', sorted({'learned', 'paper', str(expected['policy'])}),

@@ -14,19 +14,18 @@ from unittest.mock import Mock
 
 import pytest
 
+from driven_paths import driven_path
 from goalreach_bringup.launch import session
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.path_evaluator import Progress
 from goalreach_bringup.launch.plan import ExternalNodes
 from goalreach_bringup.launch.report import RunReport
-from goalreach_evaluation.path_metrics import PathResult
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.topics import LOCALIZER, ROBOT
-from goalreach_msgs_py.values import Pose2
 import graphs
 
 PAPER = RunOptions(policy='paper', dashboard=False)
@@ -46,21 +45,7 @@ class Session(session.RunSession):
         self.policy, self.parameters = policy, parameters
         vars(self).update(self.changes)
         for outcome in self.outcomes:
-            self._on_path(None if outcome is None else path(outcome))
-
-
-def path(outcome: str) -> PathResult:
-    return PathResult(
-        start=Pose2(x_m=1.0, y_m=2.0, heading_rad=0.0),
-        outcome=outcome,
-        duration_s=2.0,
-        length_m=1.5,
-        turning_rad=0.0,
-        max_heading_step_rad=0.0,
-        pose_error_m={},
-        heading_error_rad={},
-        trace=(),
-    )
+            self._on_path(None if outcome is None else driven_path(outcome))
 
 
 @pytest.fixture(autouse=True)
@@ -238,7 +223,7 @@ def test_the_time_of_a_robot_of_others_begins_with_its_first_stamp(
     assert recorder.poll.call_args.kwargs == {'began': last_ns > 0}
     assert not page.report.called
     recorder.poll.return_value = 'the recorder ended'
-    run._report.path(path('goal'))
+    run._report.path(driven_path('goal'))
     assert run._is_over(monitor)
     assert page.report.call_args.kwargs == {'on': False, 'error': 'the recorder ended'}
 
@@ -271,7 +256,7 @@ def test_the_page_is_told_why_a_run_has_ended(  # noqa: PLR0917 - four facts
         assert run._requests is not None
         run._requests.ends = ends
         if complete:
-            run._report.path(path('goal'))
+            run._report.path(driven_path('goal'))
         return False
 
     monkeypatch.setattr(run, '_find_external', end)
