@@ -45,6 +45,7 @@ _NO_LEDS = np.empty(0, dtype=np.intp)
 _TRIPLE = 3
 _EVER = 100000
 _DOUBTED = 0.5
+"""Doubt above which a new pose needs more confirmations. Chosen: half of it has faded."""
 _LEAST_STEP_S = 0.005
 """Shorter times between two exposures tell no rates. Chosen."""
 
