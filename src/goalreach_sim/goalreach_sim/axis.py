@@ -13,6 +13,9 @@ _Piece = tuple[float, float, float]
 DONE_S = 1e-12
 """Shorter times count as zero; absorbs the rounding of sums of steps."""
 
+_REST = 1e-9
+"""Slower velocities, per second, are rest. Chosen: no motor holds them."""
+
 
 class Axis:
     """An axis that follows velocity commands and relative moves within its limits.
@@ -61,6 +64,7 @@ class Axis:
         if not math.isfinite(velocity):
             raise ValueError(f'velocity {velocity!r} is not finite')
         target = min(max(velocity, -self.max_speed), self.max_speed)
+        target = 0.0 if abs(target) < _REST else target  # else a ramp cannot tell its sign
         if target != self._target or self._goal is not None:
             self._ramp_to(target, self.acceleration)
 
