@@ -120,6 +120,16 @@ def test_an_equidistant_lens_maps_angles_to_distances() -> None:
     assert pixels == pytest.approx(np.array(expected))
 
 
+def test_a_lens_shows_nothing_beyond_where_its_polynomial_turns_back() -> None:
+    known = {'fx_px': 500.0, 'fy_px': 500.0, 'cx_px': 320.0, 'cy_px': 240.0}
+    camera = PinholeCamera(**known, distortion=(-0.3, 0.0, 0.0, 0.0, 0.0))  # r - 0.3 r^3
+    assert camera.widest == pytest.approx(1.0 / math.sqrt(0.9), abs=0.01)
+    points = np.array([[1.0, 0.0, 1.0], [0.0, 1.1, 1.0], [-1.5, 0.0, 1.0]])
+    assert np.isnan(camera.project(points)).all(axis=1).tolist() == [False, True, True]
+    assert [math.isnan(camera.project_point(*p)[0]) for p in points] == [False, True, True]
+    assert PinholeCamera(**known, distortion=(0.1, 0.0, 0.1, 0.1, 0.0)).widest == math.inf
+
+
 @pytest.mark.parametrize(
     ('model', 'terms'),
     [
@@ -136,7 +146,7 @@ def test_projections_agree_with_opencv(model: str, terms: tuple[float, ...]) -> 
         distortion=terms,
         distortion_model=model,
     )
-    points = np.random.default_rng(0).uniform((-1.0, -1.0, 1.0), (1.0, 1.0, 3.0), (50, 3))
+    points = np.random.default_rng(0).uniform((-0.8, -0.8, 1.0), (0.8, 0.8, 3.0), (50, 3))
     matrix, zero = (
         np.array([[500.0, 0.0, 320.0], [0.0, 510.0, 235.0], [0.0, 0.0, 1.0]]),
         np.zeros(3),

@@ -26,6 +26,8 @@ RATIONAL: Final = 'rational_polynomial'
 EQUIDISTANT: Final = 'equidistant'
 DISTORTION_TERMS: Final = {PLUMB_BOB: 5, RATIONAL: 8, EQUIDISTANT: 4}
 """Number of terms of each distortion model (sensor_msgs, distortion_models.hpp)."""
+_WIDEST = 5.0
+"""Largest tangent of the angle from the axis that is looked at for a distorted lens. Chosen."""
 _ON_AXIS = 1e-12
 """Added to the tangent of an angle, so that a point on the axis divides by no zero."""
 
@@ -101,6 +103,17 @@ class PinholeCamera:
         """Whether the lens differs from a pinhole; without terms, an equidistant one does."""
         return self.distortion_model == EQUIDISTANT or any(self.distortion)
 
+    @functools.cached_property
+    def widest(self) -> float:
+        """Tangent of the angle from the axis up to which a distorted lens is one-to-one.
+
+        Beyond it a polynomial turns back and would map points out of view into it.
+        """
+        radii = np.linspace(0.0, _WIDEST, 1000).astype(np.float64)
+        ahead, behind = (self.distort(x, np.zeros_like(radii))[0] for x in (radii, -radii))
+        turning = np.flatnonzero(np.diff(ahead - behind) <= 0.0)  # tangential terms cancel
+        return float(radii[turning[0]]) if len(turning) else math.inf
+
     def project(self, points_m: FloatArray) -> FloatArray:
         """Return the pixels of points given in the optical frame.
 
@@ -108,13 +121,15 @@ class PinholeCamera:
             points_m: (n, 3) points, metres, x right, y down, z forward.
 
         Returns:
-            (n, 2) pixels (u, v); NaN where a point is not in front of the camera (z <= 1 mm).
+            (n, 2) pixels (u, v); NaN where a point is not in front of the camera (z <= 1 mm), or
+            farther from its axis than the distortion is one-to-one.
         """
         depth_m = points_m[:, 2]
         with np.errstate(divide='ignore', invalid='ignore'):
             x = np.where(depth_m > _NEAREST_M, points_m[:, 0] / depth_m, np.nan)
             y = points_m[:, 1] / depth_m
         if self.is_distorted:
+            x[np.hypot(x, y) > self.widest] = np.nan
             x, y = self.distort(x, y)
         pixels = np.empty((len(points_m), 2))
         pixels[:, 0] = self.cx_px + self.fx_px * x
@@ -127,6 +142,8 @@ class PinholeCamera:
             return math.nan, math.nan
         x, y = x_m / z_m, y_m / z_m
         if self.is_distorted:
+            if math.hypot(x, y) > self.widest:
+                return math.nan, math.nan
             x, y = self.distort(x, y)
         return self.cx_px + self.fx_px * x, self.cy_px + self.fy_px * y
 

@@ -254,7 +254,8 @@ class Optics:
         if self._maps is None:
             pixels = np.indices(image.shape[::-1]).reshape(2, -1).T.astype(np.float64)
             maps = self.distort(pixels).T.reshape(2, *image.shape[::-1])
-            u, v = (np.ascontiguousarray(each.T, np.float32) for each in maps)
+            outside = np.nan_to_num(maps, nan=-2.0)
+            u, v = (np.ascontiguousarray(each.T, np.float32) for each in outside)
             self._maps = u, v
         return np.asarray(
             cv2.remap(image, self._maps[0], self._maps[1], cv2.INTER_LINEAR), np.uint8

@@ -59,10 +59,6 @@ def is_hidden(
     return False
 
 
-_WIDEST = 5.0
-"""Largest tangent of the off-axis angle considered for a distorted lens; chosen."""
-
-
 class CameraPose(NamedTuple):
     """Pose and velocity of the camera.
 
@@ -101,7 +97,6 @@ class CameraView:
 
     def __post_init__(self) -> None:
         self._points_m: list[list[float]] = self.points_m.tolist()
-        self._widest = _monotonic_radius(self.camera)
 
     def pixels(self, pose: CameraPose, time_s: float = 0.0) -> list[tuple[float, float]]:
         """Return the pixel (u, v) of each point; NaN where it is behind the camera or hidden.
@@ -123,26 +118,13 @@ class CameraView:
             x_m = right[0] * dx_m + right[1] * dy_m + right[2] * dz_m
             y_m = down[0] * dx_m + down[1] * dy_m + down[2] * dz_m
             z_m = forward[0] * dx_m + forward[1] * dy_m + forward[2] * dz_m
-            if self._widest < _WIDEST and math.hypot(x_m, y_m) > self._widest * z_m:
-                pixels.append((math.nan, math.nan))
-            else:
-                pixels.append(self.camera.project_point(x_m, y_m, z_m))
+            pixels.append(self.camera.project_point(x_m, y_m, z_m))
         if self.obstacles:
             centre_m = pose.centre_m.tolist()
             for index, point_m in enumerate(self._points_m):
                 if is_hidden(centre_m, point_m, self.obstacles):
                     pixels[index] = (math.nan, math.nan)
         return pixels
-
-
-def _monotonic_radius(camera: PinholeCamera) -> float:
-    """Return the tangent of the off-axis angle up to which a distorted lens is one-to-one.
-
-    Beyond it a polynomial turns back and would map points out of view into it.
-    """
-    radii = np.linspace(0.0, _WIDEST, 1000).astype(np.float64)
-    turning = np.flatnonzero(np.diff(camera.distort(radii, np.zeros_like(radii))[0]) <= 0.0)
-    return float(radii[turning[0]]) if len(turning) else _WIDEST
 
 
 @dataclass(frozen=True, kw_only=True)
