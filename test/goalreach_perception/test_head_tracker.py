@@ -175,6 +175,34 @@ def test_a_turned_camera_is_aimed_at_the_middle_of_a_tag_that_is_held() -> None:
     command = tracker.follow(state, read, looks, LENS, held=[7, 8, 9, 10])
     away_m = math.hypot(0.7, 3.0)  # of the second tag, at (2.7, 0, 1.2)
     turn = math.atan2(-3.0, 0.7) + 1.5
-    assert command.turret_rad == pytest.approx(turn)
+    assert command.turret_rad == pytest.approx(turn - 0.2)
     assert command.pan_rad == pytest.approx(turn - 0.1 - 0.2)
     assert command.tilt_rad == pytest.approx(math.atan2(0.1, away_m) - 0.1)
+
+
+@pytest.mark.parametrize(
+    ('joints', 'turns', 'azimuth_deg', 'command_deg'),
+    [
+        (('pan_joint', 'tilt_joint'), (180.0, 0.0), 180.0, (0.0, 0.0)),
+        (('pan_joint', 'tilt_joint'), (90.0, 0.0), 120.0, (30.0, 0.0)),
+        (('pan_joint', 'tilt_joint'), (90.0, 0.0), -60.0, (-87.0, 0.0)),
+        (('pan_joint', 'tilt_joint'), (0.0, -30.0), 0.0, (0.0, 30.0)),
+        (('pan_joint',), (0.0, 25.0), 10.0, (10.0, 0.0)),
+    ],
+)
+def test_the_joints_keep_to_their_limits_however_the_camera_is_turned_on_them(
+    joints: tuple[str, ...],
+    turns: tuple[float, float],
+    azimuth_deg: float,
+    command_deg: tuple[float, float],
+) -> None:
+    config, known = LocalizerConfig(), {'camera_height_m': 1.1, 'calibrate': True}
+    led_m = [1.5 * math.cos(math.radians(azimuth_deg)), 1.5 * math.sin(math.radians(azimuth_deg))]
+    leds_m = np.array([[2.0 + led_m[0], 2.0 + led_m[1], 1.1]])
+    state = PoseFilter(config.filter, config.noise, leds_m=leds_m, **known)  # type: ignore[arg-type]
+    state.start(Pose2(x_m=2.0, y_m=2.0, heading_rad=0.0), np.eye(3))
+    pan_rad, tilt_rad = (math.radians(turn) for turn in turns)
+    looks = HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=tilt_rad)
+    command = HeadTracker(HeadConfig(), joints).follow(state, REST, looks, LENS, held=[0])
+    assert math.degrees(command.pan_rad) == pytest.approx(command_deg[0], abs=0.1)
+    assert math.degrees(command.tilt_rad) == pytest.approx(command_deg[1], abs=0.1)

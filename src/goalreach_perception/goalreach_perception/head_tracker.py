@@ -171,6 +171,7 @@ class HeadTracker:
         self._centred_leds: tuple[int, ...] = ()
         self._search = HeadSearch(config) if self._has_turret else PanSearch(config)
         self._last_azimuth_rad: float | None = None
+        self._lift_rad = 0.0
 
     @property
     def highest_search_rad(self) -> float:
@@ -209,18 +210,15 @@ class HeadTracker:
             centres = [[0.5 * (a + b) for a, b in zip(*pair, strict=True)] for pair in pairs]
             offsets_m = [*offsets_m[:leds], *centres]
             held = [min(k, leds + (k - leds) // CORNERS) for k in held]
-        aimed = self.track(
-            joints,
-            heading_rad=float(state.mean[HEADING]),
+        pan_rad, self._lift_rad = joints.pan_rad - read.pan_rad, joints.tilt_rad - read.tilt_rad
+        return self.track(
+            read,
+            heading_rad=float(state.mean[HEADING]) + pan_rad,
             offsets_m=offsets_m,
             biases_rad=(float(state.mean[PAN_BIAS]), float(state.mean[TILT_BIAS])),
             lens=lens,
             hold=tuple(dict.fromkeys(held)),
         )
-        if joints is read:
-            return aimed
-        pan_rad, tilt_rad = joints.pan_rad - read.pan_rad, joints.tilt_rad - read.tilt_rad
-        return replace(aimed, pan_rad=aimed.pan_rad - pan_rad, tilt_rad=aimed.tilt_rad - tilt_rad)
 
     def track(
         self,
@@ -258,8 +256,12 @@ class HeadTracker:
         return HeadAngles(
             turret_rad=joints.turret_rad + to_go,
             pan_rad=min(max(to_go - turning - biases_rad[0], -limit), limit),
-            tilt_rad=self._config.clip_tilt(tilt - biases_rad[1]),
+            tilt_rad=self._clip(tilt - biases_rad[1]) - self._lift_rad,
         )
+
+    def _clip(self, tilt_rad: float) -> float:
+        """Return the nearest tilt of the camera that the joint reaches."""
+        return self._config.clip_tilt(tilt_rad - self._lift_rad) + self._lift_rad
 
     def centre_leds(
         self, offsets_m: Sequence[Sequence[float]], lens: Lens, heading_rad: float = 0.0
@@ -319,10 +321,10 @@ class HeadTracker:
         turns = [math.remainder(azimuth - azimuths[0], math.tau) for azimuth in azimuths]
         azimuth = azimuths[0] + 0.5 * (min(turns) + max(turns))
         rises = [math.atan2(z, math.hypot(x, y)) for x, y, z in places_m]
-        tilt = self._config.clip_tilt(0.5 * (min(rises) + max(rises)))
+        tilt = self._clip(0.5 * (min(rises) + max(rises)))
         left, right, top, bottom = _extent(places_m, azimuth, tilt)
         azimuth -= math.atan(0.5 * (left + right) / math.cos(tilt))
-        tilt = self._config.clip_tilt(tilt - math.atan(0.5 * (top + bottom)))
+        tilt = self._clip(tilt - math.atan(0.5 * (top + bottom)))
         left, right, top, bottom = _extent(places_m, azimuth, tilt)
         return azimuth, tilt, max(-left, right), max(-top, bottom)
 
