@@ -30,6 +30,14 @@ def test_innovations_beyond_their_covariance_let_it_grow_by_their_average() -> N
     assert watch.add(24.0, 6) == 1.0  # the next second begins
 
 
+def test_chance_lets_nothing_grow_however_few_leds_an_image_shows() -> None:
+    rng = np.random.default_rng(0)
+    for freedom in (2, 6):
+        watch = InnovationWatch()
+        grown = [watch.add(distance2, freedom) for distance2 in rng.chisquare(freedom, 20_000)]
+        assert sum(growth > 1.0 for growth in grown) <= 1  # of 800 independent seconds
+
+
 def _joints(turret_rad: float, pan_rad: float) -> HeadAngles:
     return HeadAngles(turret_rad=turret_rad, pan_rad=pan_rad, tilt_rad=0.2)
 

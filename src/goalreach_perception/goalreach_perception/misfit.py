@@ -23,8 +23,10 @@ _KEEP = 0.96
 _LEAST_FREEDOM = 30.0
 _LARGEST_PER_FREEDOM = 6.0
 """A single image counts at most this much: it may have been an outlier. Chosen."""
-_MISFIT = 1.3
-"""Largest average that fits. Chosen: nominal drives average 0.5, at most 1.2 in 7 minutes."""
+_MISFIT, _MISFIT_SIGMAS = 1.3, 4.0
+"""Largest average that fits, and the deviation of chance from one, if that is more: images of few
+LEDs average less well. Chosen: nominal drives average 0.5, at most 1.2 in 7 minutes; standing with
+one LED in view they average 1."""
 _SUSPECT_SIGMAS, _COORDINATES = 3.5, 9
 """One of the coordinates of three LEDs so many standard deviations from what was given does not
 fit, nor do other constants as unlikely. Chosen: one of 400 drives with the presets of noise has
@@ -54,16 +56,18 @@ class InnovationWatch:
     """Compares innovations with their covariance."""
 
     def __init__(self) -> None:
-        self._sum = self._freedom = 0.0
+        self._sum = self._freedom = self._squares = 0.0
 
     def add(self, distance2: float, freedom: int) -> float:
         """Add the innovation of an image; return by how much the covariance must grow, or one."""
         self._sum = _KEEP * self._sum + min(distance2, _LARGEST_PER_FREEDOM * freedom)
         self._freedom = _KEEP * self._freedom + freedom
-        average = self._sum / self._freedom
-        if self._freedom < _LEAST_FREEDOM or average <= _MISFIT:
+        self._squares = _KEEP**2 * self._squares + freedom
+        average, alike = self._sum / self._freedom, self._freedom**2 / self._squares
+        limit = max(_MISFIT, equivalent_gate(_MISFIT_SIGMAS**2, 1, alike) / alike)
+        if self._freedom < _LEAST_FREEDOM or average <= limit:
             return 1.0
-        self._sum = self._freedom = 0.0
+        self._sum = self._freedom = self._squares = 0.0
         return average
 
 
