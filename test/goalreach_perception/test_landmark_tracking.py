@@ -10,11 +10,19 @@ import numpy as np
 import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
-from goalreach_msgs_py.values import FloatArray
+from goalreach_msgs_py.values import FloatArray, HeadAngles, Pose2
 from goalreach_perception.detection import Spots
-from goalreach_perception.landmark_tracking import MatchedLeds, find_predicted, tags_near
-from goalreach_perception.measurement_model import Optics
+from goalreach_perception.landmark_tracking import (
+    MatchedLeds,
+    correct_by,
+    find_predicted,
+    tags_near,
+)
+from goalreach_perception.localizer_config import LocalizerConfig
+from goalreach_perception.measurement_model import Lens, Optics
 from goalreach_perception.measurement_prediction import Prediction
+from goalreach_perception.pose_filter import PoseFilter
+from tag_images import SIX_TAGS
 
 OPTICS = Optics(PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3))
 AT = [(100.0, 100.0), (200.0, 200.0), (300.0, 100.0)]
@@ -86,3 +94,19 @@ def test_a_tag_with_a_corner_elsewhere_is_left_out_as_a_whole() -> None:
     seen = spots_at([places[0], (150.0, 150.0), *places[2:]])
     near = tags_near(MatchedLeds(np.arange(8), seen, seen.pixels_px, 8), predicted(places), 16.0)
     assert (near.leds.tolist(), near.concatenated(near).expected) == ([4, 5, 6, 7], 16)
+
+
+def test_of_a_tag_and_a_light_that_contradict_each_other_the_tag_is_right() -> None:
+    """A tag carries its number; a lamp beside an LED looks as the LED does."""
+    config, lens = LocalizerConfig(), Lens.of_camera(OPTICS.camera)
+    known = {'leds_m': np.array([[0.0, 2.2, 1.1]]), 'camera_height_m': 1.1, 'calibrate': True}
+    state = PoseFilter(config.filter, config.noise, tags=SIX_TAGS[5:], **known)  # type: ignore[arg-type]
+    state.start(Pose2(x_m=2.0, y_m=2.5, heading_rad=math.pi), np.diag([1e-5, 1e-5, 4e-4]))
+    ahead = HeadAngles(turret_rad=0.0, pan_rad=0.0, tilt_rad=0.0)
+    prediction = state.predict_leds(lens, ahead)
+    off_px = np.array([[15.0, 0.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, 1.0]])
+    seen = spots_at([(u_px, v_px) for u_px, v_px in prediction.pixels_px + off_px])
+    found = MatchedLeds(np.arange(5), seen, seen.pixels_px, 5)
+    used = correct_by(state, prediction, found, 1)
+    assert used is not None
+    assert used.leds.tolist() == [1, 2, 3, 4]

@@ -81,7 +81,12 @@ def correct_by(
     if count <= 2 or len(set(names)) == 1:  # noqa: PLR2004 - which of two is wrong is undecidable
         return None
     parts = [found.select(np.flatnonzero(names != name).tolist()) for name in set(names.tolist())]
-    best = min(parts, key=lambda part: innovation_distance2(prediction, *part.measured))
+
+    def rank(part: MatchedLeds) -> tuple[bool, float]:  # of a tag and a light the light is wrong
+        excess = innovation_distance2(prediction, *part.measured) - 2.0 * len(part.leds)
+        return len(parts) == 2 and len(part.leds) == 1, excess  # noqa: PLR2004
+
+    best = min(parts, key=rank)
     fits = state.correct(prediction, *best.measured) <= state.joint_gate(len(best.leds))
     return best if fits else None
 

@@ -269,7 +269,7 @@ class LandmarkLocalizer:
         self._counts['gated'] += used is None and len(found.leds) > 0
         confirmed = self._monitor.mode is not Mode.CONFIRMING
         spare = CORNERS - 1 if self._tags and used is not None else 0  # a tag, as an LED, may miss
-        self._monitor.update(0 if used is None else len(used.leds), found.expected - spare)
+        self._monitor.update(0 if used is None else len(used.leds), max(0, found.expected - spare))
         doubt = None if self._filter.fits else self._filter.pose_covariance
         useless = self._last is not None and self._monitor.is_useless(self._last[1][1].pose, doubt)
         if useless or self._filter.is_refuted:
