@@ -21,6 +21,7 @@ class FaultKind:
         duration_s: Duration, seconds of the graph's clock; 0 for an event.
         expected: Expected behaviour of the stack.
         report_pattern: Regular expression of the words that report it.
+        words: Arguments of `goalreach run` for the stack that it needs; empty: the usual one.
         ends_paths: Whether a path usually ends in it, by a bump or because it lasts so long: the
             recovery time counts nevertheless.
     """
@@ -32,13 +33,19 @@ class FaultKind:
     duration_s: float = 2.0
     expected: str = 'the robot stops while it lasts, then drives on'
     report_pattern: str
+    words: str = ''
     ends_paths: bool = False
 
 
 def _read() -> Iterator[FaultKind]:
-    for kind in read_yaml(Path(__file__).with_name('kinds.yaml')):
+    here = Path(__file__).parent
+    for kind in read_yaml(here / 'kinds.yaml'):
         for target in kind.pop('targets', [kind.get('target', '')]):
-            texts = {k: v.replace('{target}', target) for k, v in kind.items() if type(v) is str}
+            texts = {
+                name: text.replace('{target}', target).replace('{here}', str(here))
+                for name, text in kind.items()
+                if type(text) is str
+            }
             yield FaultKind(**{**kind, **texts, 'target': target})
 
 

@@ -28,13 +28,11 @@ class StackObserver:
 
     It drives normally where it moves, and state and command are fresh, for some ticks in a row.
 
-    Args:
-        arena: Arena in which the robot drives.
-
     Attributes:
+        arena: Arena in which the robot drives.
         clock_ns: The last tick of the graph's clock.
         sent_ns: Ticks and when they were sent by the system's clock, where that is known.
-        bumps: Walls run into since the last `reset_counts`.
+        bumps: Walls and obstacles run into since the last `reset_counts`.
         overconfident: States with confidence OK that were off by more than 6 in since then.
         worst_m: Largest error of a state with confidence OK since then.
         paths_ended: Paths that ended since then.
@@ -43,7 +41,7 @@ class StackObserver:
     """
 
     def __init__(self, arena: Arena) -> None:
-        self._arena = arena
+        self.arena = arena
         self._truth: dict[int, Odometry] = {}
         self._order: deque[int] = deque()
         self._touching = False
@@ -122,9 +120,8 @@ class StackObserver:
         self.normal_since = self._first if self._normal_ticks >= _NORMAL_TICKS else None
 
     def _touches(self, truth: Odometry) -> bool:
-        pose, radius_m = truth.pose, BODY_RADIUS_M + _TOUCH_M
-        inside_x = radius_m <= pose.x_m <= self._arena.width_m - radius_m
-        return not (inside_x and radius_m <= pose.y_m <= self._arena.length_m - radius_m)
+        x_m, y_m = truth.pose.x_m, truth.pose.y_m
+        return not self.arena.is_free(x_m, y_m, body_radius_m=BODY_RADIUS_M + _TOUCH_M)
 
     def on_state(self, stamp_ns: int, state: RegionState) -> None:
         """Process an estimated state."""

@@ -5,6 +5,7 @@ import contextlib
 import math
 import os
 from pathlib import Path
+import shlex
 import signal
 import sys
 import tempfile
@@ -84,11 +85,15 @@ def inject_faults(
     """
     rng = np.random.default_rng(seed)
     killed_s: dict[str, float] = {}
+    words = ''
     with _faulted_graph(domain, speed, seed, gates=True) as graph:
         injector = Injector(graph, rng)
         for kind in kinds:
+            if kind.words != words:
+                graph.stop()
             if graph.stack is None:
-                graph.start(*_start_words(_STARTS))
+                graph.start(*_start_words(_STARTS), *shlex.split(kind.words))
+            words = kind.words
             if kind.act == 'kill':
                 _wait_for_backoff(graph, killed_s.get(kind.target, -math.inf))
                 killed_s[kind.target] = time.monotonic()

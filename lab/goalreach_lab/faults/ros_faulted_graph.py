@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
+import subprocess
+import sys
 import time
 from typing import Final
 
@@ -17,8 +19,10 @@ from goalreach_lab.faults.observer import StackObserver
 from goalreach_lab.faults.ros_gates import Gates, gate_rules, observe_graph
 from goalreach_lab.rigs.stack import Stack
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.arena_file import read_arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
+from goalreach_msgs_py.topics import ROBOT
 
 _UP_S: Final = 30.0
 _SPIN_S: Final = 0.01
@@ -58,6 +62,7 @@ class FaultedGraph:
         self.gates = Gates(self.node, speed=speed, rng=rng) if gates else None
         observe_graph(self.node, self.observer, gated=gates)
         self.stack: Stack | None = None
+        self._robot: subprocess.Popen[bytes] | None = None
 
     @property
     def speed(self) -> float:
@@ -90,15 +95,36 @@ class FaultedGraph:
         words = ['--speed', str(self._speed), '--seed', str(self._seed), '--no-dashboard']
         if self.gates is not None:
             words += [word for rule in gate_rules() for word in ('--remap', rule)]
+        named = arguments[arguments.index('--arena') + 1 :] if '--arena' in arguments else ()
+        self.observer.arena = read_arena(named[0]) if named else Arena()
         self.stack = Stack(
             [*words, *arguments],
             domain=self._domain,
             log_directory=self._log_directory,
             on_line=self.observer.lines.append,
         )
+        if ROBOT in arguments:
+            self.start_robot()
         self.observer.reset_counts()
         if not self.serve_until(lambda: self.observer.normal_since is not None, _UP_S):
             raise GoalreachError('the stack does not drive: ' + '; '.join(self.observer.lines))
+
+    def start_robot(self) -> None:
+        """Start the robot's node as its owner does, outside the stack: `--external nomad200`."""
+        rules = gate_rules() if self.gates is not None else ()
+        words = [word for rule in rules for word in ('--remap', rule)]
+        self._robot = subprocess.Popen(
+            [sys.executable, '-m', 'goalreach_sim.nomad200_node', '--ros-args', *words],
+            env=self.running.environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    def kill_robot(self) -> None:
+        """Kill the robot's node that was started outside the stack."""
+        if self._robot is not None:
+            self._robot.kill()
+            self._robot.wait()
 
     def serve_until(self, condition: Callable[[], bool], limit_s: float) -> bool:
         """Spin until a condition holds; return whether it did within the limit.
@@ -124,7 +150,8 @@ class FaultedGraph:
         """End the stack."""
         if self.stack is not None:
             self.stack.stop()
-        self.stack = None
+        self.kill_robot()
+        self.stack = self._robot = None
 
     def close(self) -> None:
         """End everything; remove shared memory of killed nodes that this process had mapped."""

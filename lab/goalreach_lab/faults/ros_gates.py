@@ -38,6 +38,9 @@ _LINKS: Final = (
 )
 _DEEP_QOS: Final = QoSProfile(depth=200)
 _ENCAPSULATION_BYTES: Final = 4
+_IMAGE_HEAD_BYTES: Final = 100
+"""More than the fields of an image before its pixels take."""
+
 _NS_PER_S: Final = 1_000_000_000
 
 
@@ -53,7 +56,8 @@ class Gate:
         rng: Draws the messages that are lost.
 
     Attributes:
-        effect: 'late', 'lost', 'twice', 'order', 'shift', or empty: they pass unchanged.
+        effect: 'late', 'lost', 'twice', 'order', 'shift', 'drift', 'cover' (images: black), or
+            empty: they pass unchanged.
         amount: Delay in seconds, share that is lost, or shift of the stamps in seconds.
     """
 
@@ -90,6 +94,8 @@ class Gate:
                 began_s = self._since_s = now_s if self._since_s is None else self._since_s
                 times = 1.0 if self.effect == 'shift' else now_s - began_s
                 return [(now_s, shift_stamp(data, times * self.amount))]
+            case 'cover':
+                data = data[:_IMAGE_HEAD_BYTES] + bytes(len(data) - _IMAGE_HEAD_BYTES)
         return [(now_s, data)]
 
 

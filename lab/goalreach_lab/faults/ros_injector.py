@@ -22,7 +22,7 @@ from goalreach_lab.faults.ros_faulted_graph import FaultedGraph
 from goalreach_lab.faults.ros_gates import PREFIX
 from goalreach_lab.rigs.processes import find_descendant
 from goalreach_lab.rigs.stack import start_command
-from goalreach_msgs_py.arena import DEFAULT_LANDMARKS_M, Arena
+from goalreach_msgs_py.arena import BODY_RADIUS_M, DEFAULT_LANDMARKS_M, Arena
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, stamp_to_msg
 from goalreach_msgs_py.topics import CMD_VEL, LANDMARKS, PAUSE_SERVICE, RESET_SERVICE, ROBOT
@@ -35,6 +35,9 @@ _WRITES_BYTES: Final = 400_000
 _FREE_BYTES: Final = 1_500_000
 _FULL_S: Final = 3.0
 _NEIGHBOR_S: Final = 2.0
+_OBSTACLE_M: Final = (1.778, 3.6 + BODY_RADIUS_M)
+"""The robot's place when it touches the obstacle of obstacle.yaml from behind: x, y."""
+
 _ARRAY = Parameter.Type.DOUBLE_ARRAY
 _NODE_ACTS: Final = ('stop', 'slow')
 
@@ -175,6 +178,16 @@ class Injector:
         if not self._graph.serve_until(lambda: size() > _WRITES_BYTES, _ANSWER_S):
             raise GoalreachError('the recorder does not write')
         return size()
+
+    def _vanish(self, kind: FaultKind) -> None:
+        self._graph.kill_robot()
+        self._last(kind)
+        self._graph.start_robot()
+
+    def _obstruct(self, _kind: FaultKind) -> None:
+        """Put the robot closely before the obstacle, facing it and the goal behind it."""
+        across_m, gap_m = self._rng.uniform((-0.1, 0.05), (0.1, 0.15)).tolist()
+        self.put([_OBSTACLE_M[0] + across_m, _OBSTACLE_M[1] + gap_m, -math.pi / 2])
 
     def _stack(self, _kind: FaultKind) -> None:
         process = self._start('run', '--paths', '1', '--no-dashboard')

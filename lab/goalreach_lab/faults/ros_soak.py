@@ -1,6 +1,6 @@
 """Drives for hours with random faults, and samples the holdings of every process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import contextlib
 from pathlib import Path
 import tempfile
@@ -27,7 +27,7 @@ def drive_for_hours(
     *,
     domain: int,
     seed: int,
-    lockstep: bool,
+    words: Sequence[str],
     keep: Callable[[Sample], None],
     on_fault: Callable[[float, str], None],
 ) -> None:
@@ -40,7 +40,7 @@ def drive_for_hours(
         hours: Simulated hours.
         domain: ROS domain.
         seed: Seed of the faults.
-        lockstep: As fast as the machine can, or in real time.
+        words: Further arguments of `goalreach run`.
         keep: Called with each sample.
         on_fault: Called with the simulated seconds and the name of each fault.
 
@@ -55,7 +55,7 @@ def drive_for_hours(
         )
         with contextlib.closing(graph):
             injector = Injector(graph, rng)
-            graph.start('--clock', 'lockstep' if lockstep else 'realtime', '--starts', 'random')
+            graph.start(*words, '--starts', 'random')
             while graph.observer.clock_s < total_s:
                 _sample_for(graph, rng.uniform(*_PAUSE_S), keep)
                 kind = _draw_kind(rng, may_kill=graph.observer.clock_s < total_s / 5.0)

@@ -12,6 +12,7 @@ from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.processes import Sample
 from goalreach_lab.rigs.stack import free_domains
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_msgs_py.noise import NOISE_PRESETS
 from goalreach_msgs_py.options import option
 
 SUMMARY = 'Drive for hours with random faults; memory, handles and shared memory must stay flat'
@@ -26,6 +27,7 @@ class Options(BenchOptions):
 
     hours: float = option(2.0, 'simulated hours', above=0.0, maximum=1000.0)
     clock: str = option('lockstep', 'how time passes', choices=('lockstep', 'realtime'))
+    noise: str = option('nominal', 'sensor errors', choices=NOISE_PRESETS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +75,7 @@ def execute(options: Options) -> list[BenchRow]:
             options.hours,
             domain=free_domains(1)[0],
             seed=options.seed,
-            lockstep=options.clock == 'lockstep',
+            words=('--clock', options.clock, '--noise', options.noise),
             keep=samples.append,
             on_fault=on_fault,
         )

@@ -110,7 +110,7 @@ def _inject_missing(options: Options, kinds: Sequence[FaultKind], results: Path)
     order: list[FaultKind] = []
     for number in range(options.times):  # round by round, so that no node dies often in a row
         missing = [kind for kind in kinds if options.times - done.count(kind.name) > number]
-        order += [missing[i] for i in rng.permutation(len(missing))]
+        order += sorted((missing[i] for i in rng.permutation(len(missing))), key=lambda k: k.words)
     first = len(outcomes)
     numbered = list(enumerate(order, start=first))
     parts = [numbered[job :: options.jobs] for job in range(options.jobs)]

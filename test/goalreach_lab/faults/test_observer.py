@@ -1,9 +1,12 @@
 """What is observed of a stack, on sequences worked out by hand."""
 
+from dataclasses import replace
+
 import pytest
 
 from goalreach_lab.faults.observer import StackObserver
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.values import Confidence, Odometry, Pose2, RegionState, Twist2
 
 TICK_NS = 40_000_000
@@ -67,6 +70,14 @@ def test_a_wall_that_is_touched_once_is_one_bump() -> None:
     for tick, y_m in enumerate([0.3, 0.225, 0.225, 0.3, 0.225], start=1):
         observer.on_truth(tick * TICK_NS, truth(y_m), wall_s=0.04 * tick)
     assert observer.bumps == 2
+
+
+def test_an_obstacle_that_is_touched_is_a_bump_too() -> None:
+    post = Obstacle(x_m=1.5, y_m=2.0, radius_m=0.2)
+    observer = StackObserver(replace(Arena(), obstacles=(post,), starts=()))
+    for tick, y_m in enumerate([2.6, 2.42, 2.6], start=1):
+        observer.on_truth(tick * TICK_NS, truth(y_m), wall_s=0.04 * tick)
+    assert observer.bumps == 1
 
 
 def test_the_clock_at_a_moment_is_the_tick_sent_last_even_of_a_stack_that_began_anew() -> None:

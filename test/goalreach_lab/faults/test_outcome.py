@@ -77,7 +77,7 @@ def test_the_table_counts_what_came_of_each_kind() -> None:
 
 
 def test_there_are_enough_kinds_each_with_its_own_name() -> None:
-    assert len({kind.name for kind in KINDS}) == len(KINDS) >= 25
+    assert len({kind.name for kind in KINDS}) == len(KINDS) >= 50
 
 
 def test_kinds_are_chosen_by_a_word() -> None:

@@ -47,6 +47,13 @@ def test_a_drifting_clock_is_right_at_first(gate: Gate) -> None:
     assert passed == [message(10), message(9, 750_000_000), message(9, 250_000_000)]
 
 
+def test_a_covered_camera_sends_black_images_of_the_same_size(gate: Gate) -> None:
+    gate.set('cover', 0.0)
+    [(_, covered)] = gate.arrive(message(10, body=b'\7' * 640), 1.0)
+    assert covered[:12] == message(10, body=b'')
+    assert covered[100:] == bytes(12 + 640 - 100)
+
+
 def test_neighbours_change_places(gate: Gate) -> None:
     gate.set('order', 0.0)
     passed = [data for name in (b'a', b'b', b'c', b'd') for _, data in gate.arrive(name, 0.0)]
