@@ -34,6 +34,13 @@ def test_the_same_image_is_refused_once_the_head_has_turned() -> None:
     assert camera.fault(LIT.copy(), turned, at(2.0))
 
 
+@pytest.mark.parametrize('shape', [(200, 64), (20, 64), (48, 32)])
+def test_an_image_of_another_size_is_another_image(shape: tuple[int, int]) -> None:
+    camera = FrozenImageDetector()
+    camera.fault(LIT, HEAD, at(2.0))
+    assert not camera.fault(np.zeros(shape, np.uint8), HEAD, at(2.02))
+
+
 def test_dark_images_without_noise_are_accepted() -> None:
     camera = FrozenImageDetector()
     camera.fault(DARK, HEAD, at(2.0))

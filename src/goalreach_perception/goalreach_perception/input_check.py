@@ -65,7 +65,8 @@ class FrozenImageDetector:
 def _equal(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
     """Return whether two images are equal; the noise of one row usually decides."""
     middle = len(one) // 2
-    return one[middle].tobytes() == other[middle].tobytes() and np.array_equal(one, other)
+    same = one.shape == other.shape and one[middle].tobytes() == other[middle].tobytes()
+    return same and np.array_equal(one, other)
 
 
 def odometry_jump(
