@@ -95,6 +95,12 @@ def test_probability_within_one_sigma_of_both_axes() -> None:
     assert uneven == pytest.approx(0.356295, abs=1e-6)
 
 
+def test_probability_of_a_point_without_error_on_the_border() -> None:
+    box, exact = (1.0, 1.0, 2.0, 2.0), np.zeros((2, 2))
+    assert probability_in_rectangle((1.0, 1.0), exact, box) == pytest.approx(0.25)
+    assert probability_in_rectangle((1.0, 1.5), exact, box) == pytest.approx(0.5)
+
+
 def test_probability_is_zero_if_not_finite() -> None:
     box = (-1.0, -1.0, 1.0, 1.0)
     assert probability_in_rectangle((math.nan, 0.0), np.eye(2), box) == 0.0

@@ -136,7 +136,7 @@ def probability_in_rectangle(
     if min(in_x, in_y) < _NOTHING or max(in_x, in_y) > 1.0 - _NOTHING:
         return min(in_x, in_y)
     slope = xy / (sx * sx)
-    rest = math.sqrt(max(yy - slope * xy, 1e-12 * yy))
+    rest = math.sqrt(max(yy - slope * xy, 1e-12 * yy, 1e-18))
     low = max((x_min - mean_m[0]) / sx, -_REACH_SIGMA)
     high = min((x_max - mean_m[0]) / sx, _REACH_SIGMA)
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
