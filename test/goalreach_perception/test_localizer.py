@@ -249,7 +249,8 @@ def test_a_pose_that_explains_its_image_is_published_whatever_was_seen_in_the_se
     outputs = [process(localizer, frame, time_ns=k * 40_000_000) for k in range(1, 27)]
     assert 'no pose explains' in outputs[0].misfit
     assert not is_good(outputs[0])
-    assert outputs[-1].misfit == ''
+    assert (outputs[0].mode, outputs[0].reason) == ('doubtful', outputs[0].misfit)
+    assert (outputs[-1].mode, outputs[-1].reason, outputs[-1].misfit) == ('tracking', '', '')
     assert is_good(outputs[-1])
 
 

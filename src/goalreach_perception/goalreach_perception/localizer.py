@@ -371,16 +371,18 @@ class LandmarkLocalizer:
     ) -> LocalizerOutput:
         """Compose the output, given the odometry when the image was exposed and at its stamp."""
         state, mode, reason = self._filter, self._monitor.mode, self._fixes.reason
-        estimate = self._uniform
+        estimate, why = self._uniform, self._monitor.reason
         advice = self._fixes.advice if mode is Mode.SEARCHING else ''
-        if mode is Mode.TRACKING and not reason:
+        if mode is Mode.TRACKING and reason:
+            mode, why = Mode.DOUBTFUL, reason
+        elif mode is Mode.TRACKING:
             pose = state.pose if stamped is exposed else moved_on(state.pose, exposed, stamped)
             estimate = PoseEstimate(pose=pose, covariance=state.pose_covariance)
         return LocalizerOutput(
             estimate=estimate,
             landmarks=observations(matched, self._landmark_count),
             mode=mode.value,
-            reason=self._monitor.reason,
+            reason=why,
             counters=LocalizerCounters(*self._counts.values()),
             misfit=reason or advice or state.misfit,
             seen_from=(state.pose, read),

@@ -42,7 +42,8 @@ class LocalizerOutput(NamedTuple):
         estimate: The pose in `map`; without one, the uniform distribution over the arena.
         landmarks: One entry per LED; None if it was not detected.
         mode: 'searching', 'confirming' (a pose from one image, to be confirmed by more),
-            'tracking', 'doubtful' (predicted LEDs are not detected) or 'refused' (invalid input).
+            'tracking', 'doubtful' (predicted LEDs are not detected, or what was seen in the search
+            tells against the model) or 'refused' (invalid input).
         reason: Why the mode is not 'tracking'; empty while it is.
         misfit: What in the model does not fit and what to check; empty while it fits.
         seen_from: Pose and joints when the image was exposed.
