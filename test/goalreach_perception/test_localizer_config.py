@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -33,6 +34,20 @@ def test_places_that_are_not_those_of_three_leds_are_refused(places: tuple[float
 def test_a_nested_field_is_refused_by_its_whole_name() -> None:
     with pytest.raises(ConfigurationError, match=r'filter\.led_gate'):
         build_config(LocalizerConfig, {'filter.led_gate': -1.0})
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'least'),
+    [
+        ('detection.maximum_spots', 2, 3),  # three LEDs make a pose
+        ('detection.window_half_px', 81, 80),
+        ('watch.triple_confirmations', 9, 8),  # a pose must be confirmed within 8 images
+    ],
+)
+def test_a_value_that_could_not_work_is_refused(field: str, value: int, least: int) -> None:
+    with pytest.raises(ConfigurationError, match=re.escape(field)):
+        build_config(LocalizerConfig, {field: value})
+    assert flatten_config(build_config(LocalizerConfig, {field: least}))[field] == least
 
 
 def test_a_tilt_range_that_is_none_is_refused() -> None:

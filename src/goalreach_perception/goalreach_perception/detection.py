@@ -58,10 +58,10 @@ class DetectionConfig(Configuration):
         within=(0.001, 5.0),
     )
     maximum_spots: int = parameter(
-        5, 'Largest number of spots of a whole frame (chosen)', within=(2, 8)
+        5, 'Largest number of spots of a whole frame (chosen)', within=(3, 8)
     )
     window_half_px: int = parameter(
-        20, 'Smallest half-width of a tracking window, px (chosen)', within=(8, 100)
+        20, 'Smallest half-width of a tracking window, px (chosen)', within=(8, 80)
     )
     longest_exposure_s: float = parameter(
         0.02,

@@ -73,6 +73,10 @@ class LocalizerConfig(ArenaConfig):
             raise ConfigurationError('camera_mount', self.camera_mount, 'six numbers, or none')
         if abs(math.cos(self.mount[4])) < _LEAST_COSINE:
             raise ConfigurationError('camera_mount', self.camera_mount, 'a pitch below 84 degrees')
+        confirmations, most = self.watch.triple_confirmations, self.watch.confirm_within_frames
+        if confirmations > most:
+            allowed = f'at most {most}, the images within which a pose must be confirmed'
+            raise ConfigurationError('watch.triple_confirmations', confirmations, allowed)
 
     @property
     def mount(self) -> tuple[float, float, float, float, float, float]:
