@@ -13,7 +13,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
 from visualization_msgs.msg import ImageMarker
 
 from goalreach_msgs_py.diagnostic_messages import WARN, statuses_from_raw
@@ -131,6 +131,30 @@ def test_messages_that_cannot_be_used_make_no_pose_and_one_diagnostic(
     (status,) = statuses_from_raw(raw)
     assert status.message.startswith(reason)
     assert status.level == WARN
+
+
+@pytest.mark.parametrize(
+    ('remapped', 'heard'),
+    [
+        ((), '/robot1/camera/image_raw/compressed'),
+        (('-r', 'camera/image_raw:=/usb_cam/image_raw'), '/usb_cam/image_raw/compressed'),
+        (('-r', 'camera/image_raw:=/robot10/image'), '/robot10/image/compressed'),
+        (('-r', 'camera/image_raw:=front/image'), '/robot1/front/image/compressed'),
+    ],
+)
+def test_compressed_images_are_beside_the_images_wherever_these_are(
+    remapped: tuple[str, ...], heard: str
+) -> None:
+    given = ['-r', '__ns:=/robot1', *remapped, '-p', 'image_transport:=compressed']
+    rclpy.init(args=['--ros-args', *given], domain_id=fresh_domain())
+    try:
+        node = LandmarkLocalizerNode()
+        kinds = {end.topic_name: end.msg_type for end in node.subscriptions}
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+    assert [topic for topic, kind in kinds.items() if kind is CompressedImage] == [heard]
+    assert Image not in kinds.values()
 
 
 def test_without_odometry_of_its_time_an_image_makes_no_pose(bench: Bench) -> None:

@@ -132,8 +132,8 @@ class LandmarkLocalizerNode(Node):
         image: tuple[type[Any], str] = (Image, IMAGE)
         if self._input_config.image_transport == 'compressed':
             self._readers[IMAGE] = decoded_image_from_raw
-            name = resolved_name(self, IMAGE).removeprefix(self.get_namespace().rstrip('/'))
-            image = (CompressedImage, f'{name}/compressed')
+            # a name with two slashes is relative to no namespace
+            image = (CompressedImage, f'/{resolved_name(self, IMAGE)}/compressed')
         subscribe_raw(self, *image, self._collector(IMAGE), NEWEST_QOS)
         collect = self._collector(CAMERA_INFO)
         subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, SENSOR_QOS)
