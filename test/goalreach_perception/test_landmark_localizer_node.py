@@ -133,6 +133,24 @@ def test_messages_that_cannot_be_used_make_no_pose_and_one_diagnostic(
     assert status.level == WARN
 
 
+def test_a_repeated_stamp_gets_its_reply_again_but_not_what_was_refused_since(
+    bench: Bench,
+) -> None:
+    _, good = bench.messages()
+    bench.hand(good)
+    reply = bench.diagnostics.sent.copy()
+    assert len(reply) == 1
+    _, bad = bench.messages()
+    spoil_odometry(bad)
+    for _ in range(50):
+        bench.hand({ODOM: bad[ODOM]})
+    refused = bench.diagnostics.sent[1:]
+    assert len(refused) == 2
+    bench.hand(good)
+    assert bench.pose.sent == 2 * bench.pose.sent[:1]
+    assert bench.diagnostics.sent == reply + refused + reply
+
+
 @pytest.mark.parametrize(
     ('remapped', 'heard'),
     [

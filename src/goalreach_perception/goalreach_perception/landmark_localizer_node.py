@@ -163,7 +163,7 @@ class LandmarkLocalizerNode(Node):
             except MessageError as error:
                 line = f'input refused: {error}'
                 self.get_logger().error(line, throttle_duration_sec=_THROTTLE_S)
-                self._diagnostics.tick(stamp_ns, line, dict, ok=False)
+                self._diagnostics.tick(stamp_ns, line, dict, ok=False, reply=StampedReply())
                 return
             self._aligned.add(topic, stamp_ns, value)
 

@@ -58,10 +58,12 @@ class Diagnostics:
         values: Callable[[], Mapping[str, object]],
         *,
         ok: bool = True,
+        reply: StampedReply | None = None,
     ) -> None:
         """Count a tick and publish where it is due, at level WARN where not ok.
 
         `values` returns details by name; it is called only where the status is published.
+        What answers no tick is no part of its reply, but given another.
         """
         self._ticks += 1
         if self._ticks % _DIAGNOSTICS_TICKS != 1:
@@ -73,7 +75,7 @@ class Diagnostics:
             hardware_id=self._name,
             values={key: str(value) for key, value in values().items()},
         )
-        self._reply.send(self._publisher, statuses_to_raw([status], stamp_ns))
+        (reply or self._reply).send(self._publisher, statuses_to_raw([status], stamp_ns))
 
 
 def run_nodes(
