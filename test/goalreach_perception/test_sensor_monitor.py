@@ -30,11 +30,12 @@ def reported(
     lost: int = 0,
     acquired: int = 0,
     others: LandmarkObservation = SEEN,
+    behind: int = 0,
 ) -> list[str]:
     """Process images in which the first LED is detected or not; return the reports."""
     output = LocalizerOutput(
         estimate=PoseEstimate(pose=pose, covariance=1e-4 * np.eye(3)),
-        landmarks=(SEEN if seen else None, others, others),
+        landmarks=(SEEN if seen else None, others, others, *[None] * behind),
         mode='tracking',
         seen_from=(POSE, HeadAngles(turret_rad=0.0, pan_rad=pan_rad, tilt_rad=0.0)),
         reason='no light',
@@ -163,3 +164,10 @@ def test_a_light_that_stays_where_no_led_is_expected_is_reported() -> None:
     once = SensorMonitor(LocalizerConfig())
     scans = [spot if number < 15 else DARK for number in range(120)]
     assert [line for image in scans for line in reported(once, 1, seen=True, image=image)] == []
+
+
+def test_a_light_is_told_from_leds_also_where_one_is_behind_the_camera() -> None:
+    leds_m = (*LocalizerConfig().landmarks_m, 1.8, 5.0, 1.5)
+    monitor = SensorMonitor(LocalizerConfig(landmarks_m=leds_m))
+    lines = reported(monitor, 20, seen=True, image=light_at(100.0, 400.0), behind=1)
+    assert lines == ['spurious light, no LED, at pixel 100, 400']

@@ -164,7 +164,9 @@ class SensorMonitor:
 
     def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
         spots = self._detector.in_frame(image).pixels_px
-        spurious = [at for at in spots.tolist() if np.hypot(*(pixels - at).T).min() >= _MATCH_PX]
+        spurious = [
+            at for at in spots.tolist() if not (np.hypot(*(pixels - at).T) < _MATCH_PX).any()
+        ]  # an LED behind the camera has no pixel, and is near none
         self._spurious_scans = self._spurious_scans + 1 if spurious else 0
         if self._spurious_scans < 2:  # noqa: PLR2004 - a spot in one image alone is image noise
             return []
