@@ -1,7 +1,10 @@
 """Reports of sensor faults, from observations made by hand."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
+import pytest
 
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import HeadAngles, LandmarkObservation, Pose2, PoseEstimate
@@ -105,7 +108,7 @@ def test_the_count_of_a_dark_led_goes_on_when_it_is_back_in_view() -> None:
 def test_a_lasting_fault_is_reported_once_a_second_and_a_recurring_one_each_time() -> None:
     monitor = SensorMonitor(LocalizerConfig())
     here, there = POSE, Pose2(x_m=0.5, y_m=2.0, heading_rad=0.0)
-    jump = ['odometry jumped by 2.39 m']
+    jump = ['odometry jumped by 2.39 m, 90 degrees']
 
     def at(milliseconds: int, odometry: Pose2) -> list[str]:
         return reported(monitor, 1, seen=True, time_ns=milliseconds * 1_000_000, odometry=odometry)
@@ -115,6 +118,27 @@ def test_a_lasting_fault_is_reported_once_a_second_and_a_recurring_one_each_time
     assert at(640, here) == jump
     flickering = [at(time_ms, there if time_ms % 80 else here) for time_ms in range(680, 2680, 40)]
     assert [line for lines in flickering for line in lines] == 2 * jump
+
+
+@pytest.mark.parametrize(
+    ('moved_m', 'turned_rad', 'dt_ms', 'told'),
+    [
+        (0.12, 0.0, 200, ''),  # 0.6 m/s, less than the robot's 24 in/s
+        (0.12, 0.0, 40, 'odometry jumped by 0.12 m, 0 degrees'),
+        (0.06, 0.0, 10, 'odometry jumped by 0.06 m, 0 degrees'),
+        (0.0, 0.2, 200, ''),  # 1 rad/s, less than 60 deg/s
+        (0.0, 0.5, 40, 'odometry jumped by 0.00 m, 29 degrees'),
+    ],
+)
+def test_odometry_jumps_where_it_is_faster_than_the_robot(
+    moved_m: float, turned_rad: float, dt_ms: int, told: str
+) -> None:
+    monitor, lines = SensorMonitor(LocalizerConfig()), []
+    for k in range(2):
+        there = Pose2(x_m=1.8, y_m=4.0 - moved_m * k, heading_rad=math.pi - turned_rad * k)
+        at_ns = dt_ms * k * 1_000_000
+        lines += reported(monitor, 1, seen=True, odometry=there, pose=there, time_ns=at_ns)
+    assert lines == ([told] if told else [])
 
 
 def test_a_lost_pose_is_reported_with_its_reason_and_a_replaced_one() -> None:
@@ -147,13 +171,14 @@ def test_poses_that_move_without_the_odometry_are_reported() -> None:
     lines: list[str] = []
     for image in range(20):
         pose = Pose2(x_m=POSE.x_m, y_m=POSE.y_m - 0.02 * image, heading_rad=POSE.heading_rad)
-        lines += reported(monitor, 1, seen=True, pose=pose)
+        lines += reported(monitor, 1, seen=True, pose=pose, time_ns=image * 40_000_000)
     assert len(lines) == 1
     assert lines[0].startswith('odometry stands still while the LEDs show 0.2')
     driven = SensorMonitor(LocalizerConfig())
     for image in range(20):
         pose = Pose2(x_m=POSE.x_m, y_m=POSE.y_m - 0.02 * image, heading_rad=POSE.heading_rad)
-        assert reported(driven, 1, seen=True, pose=pose, odometry=pose) == []
+        at_ns = image * 40_000_000
+        assert reported(driven, 1, seen=True, pose=pose, odometry=pose, time_ns=at_ns) == []
 
 
 def test_a_light_that_stays_where_no_led_is_expected_is_reported() -> None:

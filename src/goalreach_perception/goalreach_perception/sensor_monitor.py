@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from goalreach_msgs_py.angles import angle_difference
 from goalreach_msgs_py.camera import PinholeCamera
 from goalreach_msgs_py.values import FloatArray, LandmarkObservation, Pose2
+from goalreach_perception.input_check import odometry_jump
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 from goalreach_perception.measurement_model import CameraMount
@@ -26,8 +27,6 @@ _DARK_FRAMES = 12
 
 _STOOD_M, _STOOD_RAD = 0.001, 0.002
 _MOVED_M = 0.08
-_JUMP_M = 0.1
-"""More than the robot drives between two images, unless many were lost. Chosen."""
 _WINDOW = 12
 _LOSSES = 3
 """Consecutive losses at the same odometry that mean frozen encoders. Chosen."""
@@ -51,7 +50,8 @@ class SensorMonitor:
         self._frames = 0
         self._counters, self._has_pose = LocalizerCounters(), False
         self._lost_at: list[Pose2] = []
-        self._odometry: Pose2 | None = None
+        self._speed = config.robot_speed_m_per_s, config.robot_turn_rad_per_s
+        self._last: tuple[int, Pose2] | None = None
         self._reported_ns: dict[str, int] = {}
         self._last_ns: dict[str, int] = {}
         self._poses: list[tuple[Pose2, Pose2]] = []
@@ -67,7 +67,7 @@ class SensorMonitor:
         output: LocalizerOutput,
     ) -> list[str]:
         """Return one line per fault; repeat a lasting one once a second."""
-        lines = self._jumped(odometry) + self._lost(output, odometry)
+        lines = self._jumped(time_ns, odometry) + self._lost(output, odometry)
         lines += [output.misfit] if output.misfit else []
         lines += self._late(output)
         if output.mode != 'tracking':
@@ -99,12 +99,14 @@ class SensorMonitor:
                 due.append(line)
         return due
 
-    def _jumped(self, odometry: Pose2) -> list[str]:
-        last, self._odometry = self._odometry, odometry
-        if last is None:
+    def _jumped(self, time_ns: int, now: Pose2) -> list[str]:
+        last_ns, before = self._last or (time_ns, now)
+        self._last, (speed, turn), dt_s = (time_ns, now), self._speed, (time_ns - last_ns) * 1e-9
+        if not odometry_jump(before, now, dt_s, speed_m_per_s=speed, turn_rad_per_s=turn):
             return []
-        moved_m = _distance_m(odometry, last)
-        return [f'odometry jumped by {moved_m:.2f} m'] if moved_m > _JUMP_M else []
+        turned = abs(angle_difference(now.heading_rad, before.heading_rad))
+        moved = f'{_distance_m(now, before):.2f} m, {math.degrees(turned):.0f} degrees'
+        return [f'odometry jumped by {moved}']
 
     def _lost(self, output: LocalizerOutput, odometry: Pose2) -> list[str]:
         counters, before = output.counters, self._counters
