@@ -12,6 +12,7 @@ from goalreach_perception.input_check import odometry_jump
 from goalreach_perception.localizer_config import LocalizerConfig
 from goalreach_perception.localizer_output import LocalizerCounters, LocalizerOutput
 from goalreach_perception.measurement_model import CameraMount
+from goalreach_perception.tag_detection import circles
 
 _SCAN_FRAMES = 10
 """Frames between scans of the whole image. Chosen: a scan costs as much as ten windows."""
@@ -42,10 +43,11 @@ class SensorMonitor:
     """Compares spots and odometry with the tracked pose; it does not affect the localizer."""
 
     def __init__(self, config: LocalizerConfig) -> None:
-        self._leds_m = config.landmark_array_m
+        leds_m, corners_m = config.landmark_array_m, [tag.corners_m for tag in config.tag_list]
+        self._led_count, self._landmarks_m = len(leds_m), np.concatenate([leds_m, *corners_m])
         self._mount = CameraMount(config.mount)
         self._detector = config.spot_detector()
-        self._missing = [0] * len(self._leds_m)
+        self._missing = [0] * self._led_count
         self._spurious_scans = 0
         self._frames = 0
         self._counters, self._has_pose = LocalizerCounters(), False
@@ -71,19 +73,19 @@ class SensorMonitor:
         lines += self._late(output)
         if output.mode != 'tracking':
             self._poses.clear()
-            self._missing = [0] * len(self._leds_m)
+            self._missing = [0] * self._led_count
             return self._due(lines, time_ns)
         self._frames += 1
         scan = self._frames % _SCAN_FRAMES == 0
-        leds = output.landmarks[: len(self._leds_m)]
+        leds = output.landmarks[: self._led_count]
         if leds and (scan or any(seen is None for seen in leds)):
-            seen_m = self._mount.points_in_camera(self._leds_m, *output.seen_from)
-            pixels = camera.project(seen_m)
-            lines += self._dark(image, pixels, camera, leds)
+            seen_m = self._mount.points_in_camera(self._landmarks_m, *output.seen_from)
+            leds_px, corners_px = np.split(camera.project(seen_m), [self._led_count])
+            lines += self._dark(image, leds_px, camera, leds)
             if scan:
-                lines += self._spurious(image, pixels)
+                lines += self._spurious(image, leds_px, corners_px)
         else:
-            self._missing = [0] * len(self._leds_m)
+            self._missing = [0] * self._led_count
         return self._due(lines + self._standing(output.estimate.pose, odometry), time_ns)
 
     def _due(self, lines: list[str], time_ns: int) -> list[str]:
@@ -161,11 +163,14 @@ class SensorMonitor:
             return f'is dark or hidden: not seen in {count} images'
         return f'is seen {off_px:.0f} px off: check landmarks_m, camera_mount, camera_info'
 
-    def _spurious(self, image: NDArray[np.uint8], pixels: FloatArray) -> list[str]:
-        spots = self._detector.in_frame(image).pixels_px
-        spurious = [
-            at for at in spots.tolist() if not (np.hypot(*(pixels - at).T) < _MATCH_PX).any()
-        ]  # an LED behind the camera has no pixel, and is near none
+    def _spurious(
+        self, image: NDArray[np.uint8], leds_px: FloatArray, corners_px: FloatArray
+    ) -> list[str]:
+        tags_px, radii_px = circles(corners_px)
+        reach_px = np.append(np.full(len(leds_px), _MATCH_PX), radii_px)
+        spots, known_px = self._detector.in_frame(image).pixels_px, np.append(leds_px, tags_px, 0)
+        near = np.hypot(*(spots[:, None] - known_px).T) < reach_px[:, None]
+        spurious = spots[~near.any(axis=0)].tolist()  # nothing is near an LED behind the camera
         self._spurious_scans = self._spurious_scans + 1 if spurious else 0
         if self._spurious_scans < 2:  # noqa: PLR2004 - a spot in one image alone is image noise
             return []

@@ -105,11 +105,16 @@ class TagDetector:
         return MatchedLeds(leds, spots, pixels_px, len(leds))
 
 
+def circles(corners_px: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return centres and radii of the circles around tags with their margins."""
+    quads_px = corners_px.reshape(-1, CORNERS, 2)
+    centres_px = quads_px.mean(axis=1)
+    return centres_px, 1.25 * np.hypot(*(quads_px - centres_px[:, None]).T).max(axis=0)
+
+
 def outside(spots: Spots, tags: MatchedLeds) -> Spots:
     """Return the spots that are not cells of tags: those outside the circles around them."""
-    for quad_px in tags.spots.pixels_px.reshape(-1, CORNERS, 2):
-        centre_px = quad_px.mean(axis=0)
-        reach_px = 1.25 * np.hypot(*(quad_px - centre_px).T).max()
+    for centre_px, reach_px in zip(*circles(tags.spots.pixels_px), strict=True):
         away_px = np.hypot(*(spots.pixels_px - centre_px).T)
         spots = spots.select(np.flatnonzero(away_px > reach_px).tolist())
     return spots
