@@ -60,9 +60,10 @@ class FilterConfig(Configuration):
     )
     memory_s: float = parameter(
         3000.0,
-        'Time constant with which biases and calibration return to their prior, s (chosen: small '
-        'errors that repeat from image to image then do not cause false certainty; after a minute '
-        'the covariance is larger than the errors, and after a day too small beside an LED)',
+        'Time constant with which biases and calibration return to their prior, and with '
+        'calibrate a covariance that grew, s (chosen: small errors that repeat from image to '
+        'image then do not cause false certainty; after a minute the covariance is larger than '
+        'the errors, and after a day too small beside an LED)',
         within=(1.0, 1e9),
     )
     led_gate: float = parameter(
