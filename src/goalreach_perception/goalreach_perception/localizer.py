@@ -240,7 +240,7 @@ class LandmarkLocalizer:
         return rate * self._config.detection.longest_exposure_s * optics.lens.intrinsics[0]
 
     def _fix(self, found: MatchedLeds, joints: HeadAngles, optics: Optics) -> Fix | None:
-        """Return the pose of one image by tags, or by LEDs where there is none in view."""
+        """Return the pose of one image by the tags in it; None where there is none."""
         rows = np.flatnonzero(found.leds >= self._led_count).tolist()
         if not rows:
             return None
