@@ -40,7 +40,7 @@ class LocalizerOutput(NamedTuple):
 
     Attributes:
         estimate: The pose in `map`; without one, the uniform distribution over the arena.
-        landmarks: One entry per LED; None if it was not detected.
+        landmarks: One entry per LED, then per corner of each tag; None if it was not detected.
         mode: 'searching', 'confirming' (a pose from one image, to be confirmed by more),
             'tracking', 'doubtful' (predicted LEDs are not detected, or what was seen in the search
             tells against the model) or 'refused' (invalid input).
