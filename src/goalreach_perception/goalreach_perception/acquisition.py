@@ -126,9 +126,8 @@ class Panorama:
         turn = camera_azimuth(odometry.heading_rad, joints)
         noise_px = self._encoder_sigma_rad * float(lens.focal_px.max())
         slopes = ((pixels_px - lens.centre_px) / lens.focal_px).tolist()
-        for pixel, (right, down), sigma in zip(
-            pixels_px.tolist(), slopes, sigmas_px.tolist(), strict=True
-        ):
+        spots = zip(pixels_px.tolist(), slopes, sigmas_px.tolist(), strict=True)
+        for pixel, (right, down), sigma in spots:
             sigma_px = math.hypot(sigma, noise_px * (1.0 + right * right + down * down))
             azimuth, rise = _direction(right, down, joints.tilt_rad)
             row = pixel, sigma_px, turn, joints.tilt_rad

@@ -139,9 +139,8 @@ def _equations(model: DriveModel, state: FloatArray, config: LocalizerConfig) ->
     begins = 2 * np.flatnonzero(np.diff(model.record.images, prepend=-1))
     lengths = np.diff(begins, append=len(rows))
     shared = np.add.reduceat(turns[:, :, None] * rows[:, None, :], begins)
-    gain = np.linalg.inv(
-        np.eye(2) + np.add.reduceat(turns[:, :, None] * turns[:, None, :], begins)
-    )
+    own = np.add.reduceat(turns[:, :, None] * turns[:, None, :], begins)
+    gain = np.linalg.inv(np.eye(2) + own)
     squares = np.add.reduceat(rows[:, -1] ** 2, begins)
     squares -= np.einsum('ia,iab,ib->i', shared[:, :, -1], gain, shared[:, :, -1])
     sizes = np.sqrt(np.maximum(squares / lengths, _TINY))
@@ -235,10 +234,8 @@ def _values(
     for name, state, given in _table(model, config):
         observed, sigma = state not in unseen, float(spread[state])
         value = given + float(fit.state[state]) * observed
-        yield (
-            state,
-            CalibratedValue(name=name, value=value, sigma=sigma, given=given, observed=observed),
-        )
+        one = CalibratedValue(name=name, value=value, sigma=sigma, given=given, observed=observed)
+        yield state, one
 
 
 def _table(model: DriveModel, config: LocalizerConfig) -> Iterator[tuple[str, int, float]]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import repeat, starmap
 import math
 from typing import NamedTuple
@@ -57,9 +58,7 @@ class DetectionConfig(Configuration):
         'a filter that calibrates itself is overconfident after ten minutes)',
         within=(0.001, 5.0),
     )
-    maximum_spots: int = parameter(
-        5, 'Largest number of spots of a whole frame (chosen)', within=(3, 8)
-    )
+    maximum_spots: int = parameter(5, 'Most spots of a whole frame (chosen)', within=(3, 8))
     window_half_px: int = parameter(
         20, 'Smallest half-width of a tracking window, px (chosen)', within=(8, 80)
     )
@@ -177,12 +176,8 @@ class SpotDetector:
         self._least_dn, self._narrow_px2 = config.minimum_peak_dn, _NARROW * self._variance_px2
         sigma_px, noise_dn = config.centroid_sigma_px, self._noise_dn
         self._sampling_px = sigma_px
-        self._meters = {
-            repeated: LocalSpotMeter(
-                centroid_sigma_px=sigma_px, noise_dn=noise_dn, repeated=repeated
-            )
-            for repeated in (ALONE, TRACKED)
-        }
+        meter = partial(LocalSpotMeter, centroid_sigma_px=sigma_px, noise_dn=noise_dn)
+        self._meters = {repeated: meter(repeated=repeated) for repeated in (ALONE, TRACKED)}
 
     def background_dn(self, image: Image) -> float:
         """Return the background of a frame from a few of its rows, grey values."""

@@ -79,20 +79,15 @@ class ImageMotion(NamedTuple):
 
     @classmethod
     def between(
-        cls,
-        delay_s: float,
-        span_s: float,
-        first: Sample,
-        last: Sample,
-        middle: Sample | None = None,
+        cls, delay_s: float, span_s: float, old: Sample, new: Sample, middle: Sample | None = None
     ) -> ImageMotion:
         """Return the motion over a time, by joints and odometry at its beginning and its end.
 
         Those in its middle, if known, tell how the rates change.
         """
-        then, now = first[1], last[1]
-        turn, rise = turned(first, last)
-        half, half_rise = (0.5 * turn, 0.5 * rise) if middle is None else turned(first, middle)
+        then, now = old[1], new[1]
+        turn, rise = turned(old, new)
+        half, half_rise = (0.5 * turn, 0.5 * rise) if middle is None else turned(old, middle)
         dx, dy = now.pose.x_m - then.pose.x_m, now.pose.y_m - then.pose.y_m
         ahead, aside = math.cos(now.pose.heading_rad), math.sin(now.pose.heading_rad)
         velocity = (ahead * dx + aside * dy) / span_s, (ahead * dy - aside * dx) / span_s

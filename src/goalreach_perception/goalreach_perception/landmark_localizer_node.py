@@ -118,9 +118,8 @@ class LandmarkLocalizerNode(Node):
             self._head = advertise(self, JointState, HEAD_COMMAND, RELIABLE_QOS)
         else:
             del self._readers[JOINT_STATES], followers[JOINT_STATES]
-        self._inputs = InputAligner(
-            IMAGE, followers, wait_s=inputs.input_wait_s, delay_s=self._camera_delay_s
-        )
+        wait_s, delay_s = inputs.input_wait_s, config.value.camera_delay_s
+        self._inputs = InputAligner(IMAGE, followers, wait_s=wait_s, delay_s=delay_s)
         missing = self._inputs.missing
         suffixes = {IMAGE: '/compressed'} if inputs.image_transport == 'compressed' else {}
         self._reporter = InputReporter(self, self._readers, missing, [CAMERA_INFO], suffixes)
@@ -134,13 +133,12 @@ class LandmarkLocalizerNode(Node):
             self._readers[IMAGE] = decoded_image_from_raw
             # a name with two slashes is relative to no namespace
             image = (CompressedImage, f'/{resolved_name(self, IMAGE)}/compressed')
-        subscribe_raw(self, *image, self._collector(IMAGE), NEWEST_QOS)
-        collect = self._collector(CAMERA_INFO)
-        subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, SENSOR_QOS)
-        subscribe_raw(self, Odometry, ODOM, self._collector(ODOM), SAMPLES_QOS)
+        collect = self._collector
+        subscribe_raw(self, *image, collect(IMAGE), NEWEST_QOS)
+        subscribe_raw(self, CameraInfo, CAMERA_INFO, collect(CAMERA_INFO), SENSOR_QOS)
+        subscribe_raw(self, Odometry, ODOM, collect(ODOM), SAMPLES_QOS)
         if self._joints:
-            collect = self._collector(JOINT_STATES)
-            subscribe_raw(self, JointState, JOINT_STATES, collect, SAMPLES_QOS)
+            subscribe_raw(self, JointState, JOINT_STATES, collect(JOINT_STATES), SAMPLES_QOS)
 
     def _find_latched_camera(self) -> None:
         """Subscribe to a CameraInfo that was latched before this node was there."""
@@ -148,8 +146,7 @@ class LandmarkLocalizerNode(Node):
         if any(i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for i in infos):
             self._seeks_camera = False
             collect = self._collector(CAMERA_INFO)
-            qos, entity_id = LATCHED_QOS, 'latched'
-            subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, qos, entity_id=entity_id)
+            subscribe_raw(self, CameraInfo, CAMERA_INFO, collect, LATCHED_QOS, entity_id='latched')
 
     def _collector(self, topic: str) -> Callable[[int, bytes], None]:
         from_raw = self._readers[topic]
@@ -202,7 +199,6 @@ class LandmarkLocalizerNode(Node):
 
     def _on_config(self, config: LocalizerConfig) -> None:
         self._localizer = LandmarkLocalizer(config, self._joints)
-        self._camera_delay_s = config.camera_delay_s
         self._own_clocks = config.camera_delay_s != 0.0
         self._monitor = SensorMonitor(config)
 

@@ -91,10 +91,8 @@ class LocalizerConfig(ArenaConfig):
 
     def spot_detector(self) -> SpotDetector:
         """Return the detector for the spots of the expected lens and read noise."""
-        spot_sigma_px, read_noise_dn = self.noise.spot_sigma_px, self.noise.read_noise_dn
-        return SpotDetector(
-            self.detection, spot_sigma_px=spot_sigma_px, read_noise_dn=read_noise_dn
-        )
+        sigma_px, noise_dn = self.noise.spot_sigma_px, self.noise.read_noise_dn
+        return SpotDetector(self.detection, spot_sigma_px=sigma_px, read_noise_dn=noise_dn)
 
 
 @dataclass(frozen=True, kw_only=True)

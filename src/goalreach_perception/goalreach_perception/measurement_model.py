@@ -257,9 +257,8 @@ class Optics:
             outside = np.nan_to_num(maps, nan=-2.0)
             u, v = (np.ascontiguousarray(each.T, np.float32) for each in outside)
             self._maps = u, v
-        return np.asarray(
-            cv2.remap(image, self._maps[0], self._maps[1], cv2.INTER_LINEAR), np.uint8
-        )
+        ideal = cv2.remap(image, *self._maps, cv2.INTER_LINEAR)
+        return np.asarray(ideal, np.uint8)
 
     def distort(self, pixels_px: FloatArray) -> FloatArray:
         """Return the (n, 2) pixels with the distortion of the lens and with roll."""

@@ -186,9 +186,8 @@ class SensorMonitor:
         moved_m = _distance_m(pose, before)
         turned = angle_difference(odometry.heading_rad, odometry_before.heading_rad)
         stood = _distance_m(odometry, odometry_before) < _STOOD_M and abs(turned) < _STOOD_RAD
-        if not stood or moved_m < _MOVED_M:
-            return []
-        return [f'odometry stands still while the LEDs show {moved_m:.2f} m of motion']
+        line = f'odometry stands still while the LEDs show {moved_m:.2f} m of motion'
+        return [line] if stood and moved_m >= _MOVED_M else []
 
 
 def _distance_m(one: Pose2, other: Pose2) -> float:
