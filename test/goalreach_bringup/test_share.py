@@ -105,7 +105,7 @@ def test_launch_describes_the_arguments() -> None:
 def test_parameter_files_are_accepted() -> None:
     for path in (BRINGUP / 'params').glob('*.yaml'):
         values = read_parameters(path, 'robot1')
-        assert values['nomad200'] == {'clock': 'lockstep', 'seed': 1}
+        assert values['nomad200'] == {'clock': 'lockstep'}
 
 
 def test_the_description_has_the_joints_and_limits_of_the_simulator() -> None:

@@ -26,7 +26,7 @@ from goalreach_msgs_py.pose_messages import estimate_from_raw
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.ros.messaging import DEEP_QOS, subscribe_raw
 from goalreach_msgs_py.sensor_messages import bumpers_from_raw
-from goalreach_msgs_py.topics import BUMPERS, GROUND_TRUTH, POSE, STATE
+from goalreach_msgs_py.topics import BUMPERS, CONTROLLER, GROUND_TRUTH, MONITOR, POSE, STATE
 from goalreach_msgs_py.values import Confidence, Pose2
 
 WORLD: Final = Path(__file__).parents[3] / 'examples' / 'mujoco_world' / 'mujoco_world.py'
@@ -142,6 +142,7 @@ def _commands(
     options = RunOptions(seed=seed, clock='lockstep', start_poses=tuple(starts), paths=len(starts))
     policy, path = str(find_policy('paper')), folder / 'nodes.yaml'
     planned = plan_parameters(options, arena=Arena(), starts=starts, policy_path=policy, user={})
-    write_parameters(path, merge_parameters(planned, told))
+    watched: NodeParameters = {CONTROLLER: {'consumer': MONITOR}}
+    write_parameters(path, merge_parameters(planned, watched, told))
     ours = [('-m', module, '--ros-args', '--params-file', str(path)) for module in _NODES]
     return [(str(WORLD), '--lockstep', '--seed', str(seed), *world), *ours]

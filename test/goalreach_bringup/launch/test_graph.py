@@ -125,8 +125,8 @@ def test_a_process_is_told_its_nodes_rules_and_parameters(make: Make, tmp_path: 
     assert both.started_s >= before_s
     arguments, nodes, _ = wait_for(tmp_path / 'composed.log', 'ready')
     rules = '--ros-args --remap /a:=/b --remap c:=d'
-    assert arguments == f'{ROBOT} {LOCALIZER} {rules} --params-file parameters.yaml'
-    assert all(f'/robot1/{node}' in nodes for node in NODES)
+    assert arguments == f'{ROBOT} {LOCALIZER} {rules} --params-file composed.yaml'
+    assert nodes == f"['/robot1/{LOCALIZER}', '/robot1/{ROBOT}']"
 
 
 def test_a_process_that_dies_goes_on_later_and_later(
@@ -150,9 +150,9 @@ def test_a_process_that_dies_goes_on_later_and_later(
         assert one.supervise(CONTROLLER, again_s, awake, lambda: {CONTROLLER: {'first_path': 7}})
         assert not one.is_down(CONTROLLER)
     arguments, nodes, _ = wait_for(tmp_path / f'{CONTROLLER}.log', 'ready')
-    assert arguments.endswith(f'{CONTROLLER}-restart.yaml')
+    assert arguments.endswith(f'{CONTROLLER}.yaml')
     assert nodes == f"['/robot1/{CONTROLLER}']"
-    restarted = (tmp_path / f'{CONTROLLER}-restart.yaml').read_text()
+    restarted = (tmp_path / f'{CONTROLLER}.yaml').read_text()
     assert 'first_path: 7' in restarted
     assert 'status: 0' in restarted
 
@@ -169,7 +169,7 @@ def test_a_process_that_does_not_answer_is_ended(
     assert caplog.messages == [line]
     one.restart({ROBOT: {'speed': 3.0}})
     assert not one.is_down(ROBOT)
-    assert 'speed: 3.0' in (tmp_path / f'{ROBOT}-restart.yaml').read_text()
+    assert 'speed: 3.0' in (tmp_path / f'{ROBOT}.yaml').read_text()
 
 
 def test_a_process_that_keeps_dying_or_was_refused_ends_the_run(

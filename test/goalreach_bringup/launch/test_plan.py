@@ -19,7 +19,7 @@ from goalreach_evaluation.starts import RunSeeds
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.parameter_file import NodeParameters
+from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters, write_parameters
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import Pose2
 
@@ -68,7 +68,45 @@ def test_an_option_wins_over_the_file_and_the_file_over_the_default() -> None:
 def test_monitor_and_recorder_are_consumers_besides_those_of_the_file(
     changes: dict[str, str], consumers: str
 ) -> None:
-    assert planned({ROBOT: {'consumers': 'mine'}}, **changes)[ROBOT]['consumers'] == consumers
+    before = planned({ROBOT: {'consumers': 'mine'}}, **changes)
+    used = ExternalNodes().parameters(before, replace(OPTIONS, **changes))
+    assert (before[ROBOT]['consumers'], used[ROBOT]['consumers']) == ('mine', consumers)
+
+
+def test_the_parameters_of_one_run_can_be_given_to_another(tmp_path: Path) -> None:
+    path, other = tmp_path / 'parameters.yaml', tmp_path / 'other.yaml'
+    user: NodeParameters = {ROBOT: {'consumers': 'mine'}, LOCALIZER: {'camera_height_m': 0.8}}
+    poses = (parse_start('1.0,3.0,0'), parse_start('2.0,3.0,90'))
+    write_parameters(path, planned(user, paths=3, start_poses=poses, record=tmp_path))
+    again = planned(read_parameters(path), seed=9, paths=5, clock='lockstep')
+    write_parameters(path, again)
+    write_parameters(other, planned(user, seed=9, paths=5, clock='lockstep'))
+    assert path.read_text() == other.read_text()
+    used = ExternalNodes().parameters(again, replace(OPTIONS, seed=9, paths=5))
+    assert used[ROBOT]['consumers'] == 'mine,run_monitor'
+    assert used[CONTROLLER]['consumer'] == 'run_monitor'
+
+
+def test_the_seed_of_the_options_is_that_of_the_robot_and_of_the_controller() -> None:
+    for seed in (0, 9):
+        parameters = planned({ROBOT: {'seed': 1}, CONTROLLER: {'seed': 1}}, seed=seed)
+        seeds = RunSeeds.spawn(seed)
+        assert parameters[ROBOT]['seed'] == seeds.simulator
+        assert parameters[CONTROLLER]['seed'] == seeds.controller
+
+
+def test_learning_continues_with_the_parameters_of_its_first_run(tmp_path: Path) -> None:
+    path, policy = tmp_path / 'parameters.yaml', Policy.unlearned(ARENA.regions)
+    options = RunOptions(learn=True, policy='new.json')
+    user: NodeParameters = {}
+    for driven in (0, 7):
+        parameters = plan_parameters(
+            options, arena=ARENA, starts=ARENA.starts, policy_path='new.json', user=user,
+            learning=LearningRun(policy=policy, first_path=driven, trials=3, learner='sarsa'),
+        )  # fmt: skip
+        assert parameters[CONTROLLER]['first_path'] == driven
+        write_parameters(path, parameters)
+        user = read_parameters(path)
 
 
 def test_noise_reaches_robot_and_localizer() -> None:
@@ -240,15 +278,17 @@ def test_the_controller_is_told_who_places_and_who_stops_the_robot(
     external: ExternalNodes, service: str, clock: str, changes: dict[str, Any]
 ) -> None:
     before = planned(clock=clock)
-    after = external.parameters(before, placement_service=service, drive=True)
-    assert after == {**before, CONTROLLER: {**before[CONTROLLER], **changes}}
+    options = RunOptions(external=(ROBOT,), placement_service=service)
+    after = external.parameters(before, options)
+    changes = {'consumer': 'run_monitor', **changes}
+    assert after[CONTROLLER] == {**before[CONTROLLER], **changes}
     assert external.is_placed(service) == ('starts' not in changes)
 
 
 def test_a_time_until_the_robot_is_stopped_is_kept() -> None:
     before = planned({CONTROLLER: {'stop_after_s': 2.0}})
     external = ExternalNodes(names=(ROBOT,))
-    after = external.parameters(before, placement_service='', drive=True)
+    after = external.parameters(before, OPTIONS)
     assert after[CONTROLLER]['stop_after_s'] == 2.0
 
 
@@ -269,7 +309,7 @@ def test_commands_of_ours_that_are_not_for_the_robot_have_another_topic(
 ) -> None:
     external = ExternalNodes(names=(CONTROLLER,) * only_drives, only_drives=only_drives)
     before = planned({ROBOT: {'consumers': 'mine'}}, clock=clock)
-    after = external.parameters(before, placement_service='', drive=drive)
+    after = external.parameters(before, replace(OPTIONS, no_drive=not drive))
     assert after[ROBOT] == {**before[ROBOT], 'consumers': consumers}
     assert after[CONTROLLER]['stamped_cmd_vel'] is (
         before[CONTROLLER]['stamped_cmd_vel'] or not drive

@@ -23,7 +23,7 @@ from goalreach_bringup.launch.report import RunReport
 from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
-from goalreach_msgs_py.parameter_file import NodeParameters
+from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.regions import RegionMap
 from goalreach_msgs_py.topics import LOCALIZER, ROBOT
 import graphs
@@ -260,10 +260,11 @@ def test_the_page_is_told_why_a_run_has_ended(  # noqa: PLR0917 - four facts
         return False
 
     monkeypatch.setattr(run, '_find_external', end)
-    run._drive(Policy.unlearned(RegionMap()), {}, shows_page=True)
+    run._drive(Policy.unlearned(RegionMap()), {ROBOT: {'speed': 2.0}}, shows_page=True)
     assert [call.args[0] for call in page.report.call_args_list] == ['begin', 'end']
     assert page.report.call_args.kwargs == {'reason': reason}
     assert run._is_stopped() == (stopped or ends)
+    assert read_parameters(tmp_path / 'parameters.yaml')[ROBOT] == {'speed': 2.0}
 
 
 @pytest.mark.parametrize(

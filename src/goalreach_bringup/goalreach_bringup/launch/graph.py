@@ -91,8 +91,6 @@ class Graph:
         if self.composed and self.nodes:
             self.processes = {'composed': self.nodes}
         self._backoffs = {name: Backoff() for name in self.processes}
-        self._parameters_path = self.directory / 'parameters.yaml'
-        write_parameters(self._parameters_path, self.parameters, self.namespace)
         self.started_s = 0.0
 
     def start(self) -> None:
@@ -101,18 +99,7 @@ class Graph:
         remove_abandoned()
         self.started_s = time.monotonic()
         for name in self.processes:
-            self._launch(name, self._parameters_path)
-
-    def _launch(self, name: str, parameters_path: Path) -> None:
-        self._processes[name] = ChildProcess(
-            name,
-            NODES_MODULE,
-            [
-                *(*self.processes[name], *remap_arguments(self.remaps)),
-                *('--params-file', str(parameters_path)),
-            ],
-            log_path=self.directory / f'{name}.log',
-        )
+            self._launch(name, {})
 
     def is_down(self, node: str) -> bool:
         """Return whether the process of a node has ended and is not restarted yet."""
@@ -122,8 +109,9 @@ class Graph:
         """Restart all processes, with the parameters that make them continue where the run is."""
         stop_all(list(self._processes.values()))
         self._restart_at_s.clear()
+        remove_abandoned()
         for name in self.processes:
-            self._restart(name, changes)
+            self._launch(name, changes)
 
     def supervise(
         self,
@@ -144,7 +132,8 @@ class Graph:
             if now_s < self._restart_at_s[name]:
                 return False
             del self._restart_at_s[name]
-            self._restart(name, resume())
+            remove_abandoned()
+            self._launch(name, resume())
             return True
         process = self._processes[name]
         process.read_log()
@@ -167,15 +156,16 @@ class Graph:
         _LOG.error('%s; restarting it %s', line, when)
         self._restart_at_s[name] = now_s + delay_s
 
-    def _restart(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
+    def _launch(self, name: str, changes: Mapping[str, dict[str, Any]]) -> None:
         parameters = {
             node: {**self.parameters[node], **changes.get(node, {})}
             for node in self.processes[name]
         }
-        path = self.directory / f'{name}-restart.yaml'
+        path = self.directory / f'{name}.yaml'
         write_parameters(path, parameters, self.namespace)
-        remove_abandoned()
-        self._launch(name, path)
+        words = [*self.processes[name], *remap_arguments(self.remaps), '--params-file', str(path)]
+        log_path = self.directory / f'{name}.log'
+        self._processes[name] = ChildProcess(name, NODES_MODULE, words, log_path=log_path)
 
     def stop(self) -> None:
         """End all processes."""

@@ -39,6 +39,11 @@ NODE_CONFIGS: dict[str, tuple[type[object], ...]] = {
     topics.ESTIMATOR: (StateEstimatorConfig,),
     topics.CONTROLLER: (ControllerConfig, RobotConfig, MissionConfig),
 }
+_BY_OPTIONS: Final = {
+    topics.ROBOT: {'seed', 'start_pose'},
+    topics.CONTROLLER: {*parameter_infos(MissionConfig)} - {'consumer'},
+}
+"""Parameters that the options alone decide, so that the file of one run fits another."""
 
 
 def choose_starts(options: RunOptions, arena: Arena) -> tuple[Pose2, ...]:
@@ -82,17 +87,14 @@ def plan_parameters(
         for name, value in values.items():
             if name not in known and not name.startswith(_STANDARD):
                 raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
-        defaults[node].update(values)
+            if name not in _BY_OPTIONS.get(node, ()):
+                defaults[node][name] = value
     defaults[topics.ROBOT].update(_given(clock=options.clock, speed=options.speed))
     learner = learning.learner if learning else None
     given = _given(mode=options.mode, behaviors=options.behaviors, learn=options.learn or None)
     defaults[topics.CONTROLLER].update(given | _given(learner=learner))
     _check(defaults)
     defaults[topics.ROBOT]['sonar'] |= defaults[topics.CONTROLLER]['behaviors'] != GOAL
-    monitor = topics.MONITOR if defaults[topics.ROBOT]['clock'] == 'lockstep' else ''
-    recorder = topics.RECORDER if options.record else ''
-    consumers = (defaults[topics.ROBOT]['consumers'], monitor, recorder)
-    defaults[topics.ROBOT]['consumers'] = ','.join(filter(None, consumers))
     return defaults
 
 
@@ -104,17 +106,13 @@ def standalone_parameters(options: RunOptions) -> NodeParameters:
     """
     arena, name = choose_arena(options.arena), options.policy or 'paper'
     choose_policy(name, arena)  # refuses one of other regions
-    user = read_parameters(options.params_file, options.namespace)
-    parameters = plan_parameters(
+    return plan_parameters(
         options,
         arena=arena,
         starts=choose_starts(options, arena),
         policy_path=str(find_policy(name).resolve()),
-        user=user,
+        user=read_parameters(options.params_file, options.namespace),
     )
-    parameters[topics.CONTROLLER]['consumer'] = user[topics.CONTROLLER].get('consumer', '')
-    parameters[topics.ROBOT]['consumers'] = user[topics.ROBOT].get('consumers', '')
-    return parameters
 
 
 def _defaults(
@@ -134,7 +132,6 @@ def _defaults(
         starts=numbers,
         first_path=first,
         paths=first + paths,
-        consumer=topics.MONITOR,
         seed=options.seeds.controller,
     )
     noise = noise_preset(options.noise)
@@ -221,20 +218,23 @@ class ExternalNodes:
         """Return whether our controller places the robot at the start poses."""
         return self.has_reset and not placement_service
 
-    def parameters(
-        self, planned: NodeParameters, *, placement_service: str, drive: bool
-    ) -> NodeParameters:
-        """Return the planned parameters, changed for external nodes and for commands not sent."""
-        changes: dict[str, Any] = {}
-        if not self.is_placed(placement_service):
-            changes = {'starts': (), 'placement_service': placement_service}
-        if topics.ROBOT in self.names and planned[topics.ROBOT]['clock'] == 'realtime':
+    def parameters(self, planned: NodeParameters, options: RunOptions) -> NodeParameters:
+        """Return the planned parameters, changed for what else takes part in this run."""
+        lockstep = planned[topics.ROBOT]['clock'] == 'lockstep'
+        changes: dict[str, Any] = {'consumer': topics.MONITOR}
+        if not self.is_placed(options.placement_service):
+            changes |= {'starts': (), 'placement_service': options.placement_service}
+        if topics.ROBOT in self.names and not lockstep:
             changes['stop_after_s'] = planned[topics.CONTROLLER]['stop_after_s'] or _STOP_AFTER_S
-        if not drive:
+        if options.no_drive:
             changes['stamped_cmd_vel'] = True  # only people read it
-        robot = {**planned[topics.ROBOT]}
-        if self.only_drives and robot['clock'] == 'lockstep':  # the commands come from another
-            robot['consumers'] = ','.join(filter(None, (robot['consumers'], topics.CONTROLLER)))
+        consumers = (
+            planned[topics.ROBOT]['consumers'],
+            topics.MONITOR if lockstep else '',
+            topics.RECORDER if options.record else '',
+            topics.CONTROLLER if lockstep and self.only_drives else '',  # another commands
+        )
+        robot = {**planned[topics.ROBOT], 'consumers': ','.join(filter(None, consumers))}
         controller = {**planned[topics.CONTROLLER], **changes}
         return {**planned, topics.ROBOT: robot, topics.CONTROLLER: controller}
 

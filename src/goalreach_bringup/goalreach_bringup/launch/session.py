@@ -37,7 +37,7 @@ from goalreach_learning.policy_file import find_policy, write_policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.files import require_writable
-from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
+from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters, write_parameters
 from goalreach_msgs_py.ros.dds_profile import open_to_network
 from goalreach_msgs_py.ros.node import early_participant, ros_session
 from goalreach_msgs_py.ros.process import StopRequest
@@ -148,6 +148,7 @@ class RunSession:
     def _drive(self, policy: Policy, parameters: NodeParameters, *, shows_page: bool) -> None:
         """Bring the graph up and follow it to its end."""
         os.environ.update(graph_environment(os.environ, self._directory))
+        write_parameters(self._directory / 'parameters.yaml', parameters, self._options.namespace)
         self._stop = StopRequest()
         graph: Graph | None = None
         try:
@@ -200,12 +201,11 @@ class RunSession:
 
     def _graph(self, parameters: NodeParameters) -> Graph:
         options, external = self._options, self._external
-        drive, service = not options.no_drive, options.placement_service
         return Graph(
-            parameters=external.parameters(parameters, placement_service=service, drive=drive),
+            parameters=external.parameters(parameters, options),
             directory=self._directory,
             composed=options.composed,
-            remaps=(*self._remaps, *external.remaps(drive=drive)),
+            remaps=(*self._remaps, *external.remaps(drive=not options.no_drive)),
             namespace=options.namespace,
             nodes=external.started,
         )
