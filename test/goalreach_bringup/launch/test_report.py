@@ -127,10 +127,31 @@ def test_a_recording_is_started_once_and_stopped(
     monkeypatch.setattr(report, 'RecorderProcess', made := Mock())
     assert serve(requests, None, 'record', value=False) is None
     recorder = serve(requests, None, 'record', value=True)
+    recorder.exit_status, recorder.failed = None, False
     assert serve(requests, recorder, 'record', value=True) is recorder
     assert serve(requests, recorder, 'record', value=False) is None
     assert recorder.stop.call_count == made.call_count == 1
     assert made.call_args.args[0].name == 'bag_1'
+    assert not requests.has_lost_bag
+
+
+def test_a_recorder_that_has_ended_by_itself_is_replaced(
+    requests: report.RunRequests, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(report, 'RecorderProcess', Mock())
+    dead: Any = SimpleNamespace(exit_status=3, failed=True, stop=lambda: 'no space')
+    assert serve(requests, dead, 'record', value=True) is report.RecorderProcess.return_value  # type: ignore[attr-defined]
+    assert requests.has_lost_bag
+    name, values = told(requests)[-1]
+    assert (name, values['on']) == ('record', True)
+
+
+def test_a_bag_that_failed_before_the_page_stopped_it_is_not_forgotten(
+    requests: report.RunRequests,
+) -> None:
+    failing: Any = SimpleNamespace(exit_status=None, failed=True, stop=lambda: 'no space')
+    assert serve(requests, failing, 'record', value=False) is None
+    assert requests.has_lost_bag
 
 
 def told(requests: report.RunRequests) -> list[Any]:
@@ -222,6 +243,7 @@ def test_each_recording_has_a_bag_of_its_own(
     requests: report.RunRequests, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(report, 'RecorderProcess', made := Mock())
+    made.return_value.exit_status, made.return_value.failed = None, False
     for value in (True, False, True, 'yes', None):
         recorder = serve(requests, made() if value is False else None, 'record', value=value)
     assert recorder is None

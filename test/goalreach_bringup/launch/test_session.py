@@ -84,6 +84,13 @@ def test_the_status_tells_whether_each_path_that_was_asked_for_reached_the_goal(
     assert run.next_options is None
 
 
+@pytest.mark.parametrize('lost', [False, True])
+def test_a_bag_that_was_lost_before_the_end_is_in_the_status(lost: bool) -> None:  # noqa: FBT001
+    run = Session(replace(PAPER, paths=1), ('goal',))
+    run.changes = {'_requests': Mock(has_lost_bag=lost)}
+    assert run.execute() == lost
+
+
 def test_a_summary_holds_each_path_that_was_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -93,6 +93,7 @@ class RunRequests:
 
     Attributes:
         ends: Whether the page has requested the end of the run.
+        has_lost_bag: Whether a recording that was stopped or replaced had failed.
     """
 
     page: PageProcess
@@ -101,6 +102,7 @@ class RunRequests:
     directory: Path
     stop: StopRequest
     ends: bool = False
+    has_lost_bag: bool = False
     _next: RunOptions | None = None
     _bags: int = 0
 
@@ -141,14 +143,18 @@ class RunRequests:
             elif name == 'start':
                 self._next = self._checked(value)
                 self.ends = self.ends or self._next is not None
-            elif name == 'record' and (value is True) != (recorder is not None):
-                recorder = self._record(recorder)
+            elif name == 'record':
+                recorder = self._record(recorder, on=value is True)
         return recorder
 
-    def _record(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
-        """Stop the recording, or start one in the folder of the logs."""
+    def _record(self, recorder: RecorderProcess | None, *, on: bool) -> RecorderProcess | None:
+        """Stop the recording, or start one in the folder of the logs where none runs."""
+        if on == (recorder is not None and recorder.exit_status is None):
+            return recorder
         if recorder is not None:
             _LOG.info(recorder.stop())
+            self.has_lost_bag |= recorder.failed
+        if not on:
             self.page.report('record', on=False)
             return None
         self._bags += 1

@@ -318,6 +318,7 @@ class RunSession:
 
     def _status(self, policy_path: Path) -> int:
         failed = self._recorder is not None and self._recorder.failed
+        failed = failed or (self._requests is not None and self._requests.has_lost_bag)
         if self._learning is not None:
             _LOG.info(LearningRun.verdict(policy_path, self._arena))
             return int(failed)
