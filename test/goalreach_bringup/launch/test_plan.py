@@ -66,7 +66,7 @@ def test_an_option_wins_over_the_file_and_the_file_over_the_default() -> None:
     ],
 )
 def test_monitor_and_recorder_are_consumers_besides_those_of_the_file(
-    changes: dict[str, str], consumers: str
+    changes: dict[str, Any], consumers: str
 ) -> None:
     before = planned({ROBOT: {'consumers': 'mine'}}, **changes)
     used = ExternalNodes().parameters(before, replace(OPTIONS, **changes))

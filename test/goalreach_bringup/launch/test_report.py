@@ -19,6 +19,7 @@ from goalreach_evaluation.path_metrics import PathTally
 from goalreach_msgs_py.values import Pose2
 
 START = {'arena': 'paper', 'policy': 'paper', 'starts': '0.9,3.0,90', 'paths': 2}
+WORDS = ('--with-run', 'realtime', '--robot', 'robot1')
 
 LOG = logging.getLogger('goalreach_bringup.launch.session')
 Capture = pytest.CaptureFixture[str]
@@ -81,10 +82,16 @@ def test_on_a_terminal_a_path_that_missed_the_goal_has_a_colour(
     assert '\x1b[33mcareful' in told.err
 
 
+def made(directory: Path, options: RunOptions) -> report.RunRequests:
+    stop: Any = SimpleNamespace(requested=False)
+    return report.RunRequests(
+        Mock(), options, directory=directory, recorder_words=WORDS, stop=stop
+    )
+
+
 @pytest.fixture
 def requests(tmp_path: Path) -> report.RunRequests:
-    stop: Any = SimpleNamespace(requested=False)
-    return report.RunRequests(Mock(), RunOptions(learn=True), directory=tmp_path, stop=stop)
+    return made(tmp_path, RunOptions(learn=True))
 
 
 def serve(requests: report.RunRequests, recorder: Any, name: str, value: object) -> Any:  # noqa: ANN401 - a mock
@@ -122,7 +129,7 @@ def test_a_start_ends_the_run_for_the_next(requests: report.RunRequests) -> None
 
 
 def test_a_recording_is_started_once_and_stopped(
-    requests: report.RunRequests, monkeypatch: pytest.MonkeyPatch
+    requests: report.RunRequests, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(report, 'RecorderProcess', made := Mock())
     assert serve(requests, None, 'record', value=False) is None
@@ -131,7 +138,7 @@ def test_a_recording_is_started_once_and_stopped(
     assert serve(requests, recorder, 'record', value=True) is recorder
     assert serve(requests, recorder, 'record', value=False) is None
     assert recorder.stop.call_count == made.call_count == 1
-    assert made.call_args.args[0].name == 'bag_1'
+    assert made.call_args.args == (tmp_path / 'bag_1', 'mcap', tmp_path, *WORDS)
     assert not requests.has_lost_bag
 
 
@@ -161,7 +168,6 @@ def told(requests: report.RunRequests) -> list[Any]:
 
 
 def test_the_page_is_told_what_runs_and_what_could_run(tmp_path: Path) -> None:
-    stop: Any = SimpleNamespace(requested=False)
     for options, expected in (
         (RunOptions(seed=7), {'policy': 'learned', 'arena': 'paper', 'seed': 7, 'external': ()}),
         (
@@ -169,8 +175,7 @@ def test_the_page_is_told_what_runs_and_what_could_run(tmp_path: Path) -> None:
             {'policy': 'my.json', 'arena': 'a.yaml', 'seed': 0, 'external': ('nomad200',)},
         ),
     ):
-        page: Any = Mock()
-        requests = report.RunRequests(page, options, directory=tmp_path, stop=stop)
+        requests = made(tmp_path, options)
         requests.add_path(driven_path('bump'))
         (name, begin), *events = told(requests)
         assert (name, begin['policies']) == (
@@ -207,8 +212,7 @@ def test_what_a_run_leaves_is_not_asked_of_the_next(tmp_path: Path) -> None:
         seed=7, learn=True, learner='paper', policy='new.json', record=Path('bag'),
         summary=Path('a.json'), mode='crisp',
     )  # fmt: skip
-    stop: Any = SimpleNamespace(requested=False)
-    requests = report.RunRequests(Mock(), options, directory=tmp_path, stop=stop)
+    requests = made(tmp_path, options)
     serve(requests, None, 'start', {**START, 'starts': 'random', 'paths': 0})
     expected = RunOptions(seed=7, policy='paper', starts='random', mode='crisp')
     assert requests.next_options() == expected

@@ -197,13 +197,16 @@ def test_names_of_a_namespace_reach_nodes_and_recorder(
     run = Session(options)
     run.execute()
     assert run._remaps == remaps
-    graph: Any = SimpleNamespace(parameters=run.parameters)
-    run._record(graph)
+    run._record()
     assert not recorder.called
     run._options = replace(options, record=tmp_path / 'bag')
-    run._record(graph)
-    given = (tmp_path / 'bag', 'mcap', run._directory, '--with-run', 'realtime', *words)
-    assert recorder.call_args.args == given
+    run._record()
+    given = ('--with-run', 'realtime', *words)
+    assert recorder.call_args.args == (tmp_path / 'bag', 'mcap', run._directory, *given)
+    run.page, run._stop = Mock(), Mock()
+    run._open_page()
+    assert run._requests is not None
+    assert tuple(run._requests.recorder_words) == given
 
 
 @pytest.mark.parametrize(
@@ -258,6 +261,7 @@ def test_the_page_is_told_why_a_run_has_ended(  # noqa: PLR0917 - four facts
     run, page = session.RunSession(PAPER), Mock()
     page.poll.return_value = []
     run.page, run._directory, run._report = page, tmp_path, RunReport(quiet=True, total=1)
+    run._recorder_words = []
 
     def end() -> bool:
         assert run._requests is not None

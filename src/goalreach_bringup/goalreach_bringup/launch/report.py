@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 import logging
 import math
@@ -100,6 +101,7 @@ class RunRequests:
     options: RunOptions
     _: KW_ONLY
     directory: Path
+    recorder_words: Sequence[str]
     stop: StopRequest
     ends: bool = False
     has_lost_bag: bool = False
@@ -160,7 +162,8 @@ class RunRequests:
         self._bags += 1
         bag = self.directory / f'bag_{self._bags}'
         self.page.report('record', on=True, bag=str(bag))
-        return RecorderProcess(bag, self.options.storage, self.directory, '--use-sim-time')
+        words, storage = self.recorder_words, self.options.storage
+        return RecorderProcess(bag, storage, self.directory, *words)
 
     def next_options(self) -> RunOptions | None:
         """Keep the page after the run; return the options of the next run, or None to end.

@@ -121,9 +121,12 @@ class RunSession:
         shows_page = bool(self.page) or is_page_wanted(requested=options.dashboard, clock=clock)
         with domain_lock(options.namespace) as owns_clock:
             # In lockstep each robot has a time of its own, and /clock can be that of one only.
-            self._clock = CLOCK if owns_clock else f'/{options.namespace}{CLOCK}'
-            rules = (f'__ns:=/{options.namespace}', f'{CLOCK}:={self._clock}')
-            self._remaps = options.remaps + (rules if options.namespace else ())
+            topic = CLOCK if owns_clock else f'/{options.namespace}{CLOCK}'
+            self._remaps, self._recorder_words = options.remaps, ['--with-run', clock]
+            if name := options.namespace:
+                self._remaps += (f'__ns:=/{name}', f'{CLOCK}:={topic}')
+                self._recorder_words += ['--robot', name, '--clock-topic', topic]
+                self._recorder_words += ['--regex', f'^(/{name}/|{topic}$)']
             try:
                 self._drive(policy, parameters, shows_page=shows_page)
             finally:
@@ -158,12 +161,12 @@ class RunSession:
                 return
             graph = self._graph(parameters)
             if ROBOT in self._external.names:
-                self._record(graph)
+                self._record()
                 self._await_recorder()
                 graph.start()
             else:
                 graph.start()
-                self._record(graph)
+                self._record()
             self._follow(graph, policy)
         finally:
             if self._recorder is not None:
@@ -176,16 +179,12 @@ class RunSession:
             if graph is not None:
                 graph.stop()
 
-    def _record(self, graph: Graph) -> None:
+    def _record(self) -> None:
         """Start the recorder, where the run is recorded."""
-        options = self._options
-        if options.record is None:
-            return
-        words = ['--with-run', graph.parameters[ROBOT]['clock']]
-        if name := options.namespace:
-            words += ['--robot', name, '--clock-topic', self._clock]
-            words += ['--regex', f'^(/{name}/|{self._clock}$)']
-        self._recorder = RecorderProcess(options.record, options.storage, self._directory, *words)
+        options, words = self._options, self._recorder_words
+        if options.record is not None:
+            bag, directory = options.record, self._directory
+            self._recorder = RecorderProcess(bag, options.storage, directory, *words)
 
     def _await_recorder(self) -> None:
         """Wait until the recorder receives all inputs that an external robot publishes."""
@@ -235,10 +234,12 @@ class RunSession:
 
     def _open_page(self) -> None:
         """Print the link of the page before the nodes start, and report the run to it."""
-        options, directory = self._options, self._directory
+        options, directory, words = self._options, self._directory, self._recorder_words
         if self.page is None:
             self.page = PageProcess(options.arena, options.namespace, directory)
-        self._requests = RunRequests(self.page, options, directory=directory, stop=self._stop)
+        self._requests = RunRequests(
+            self.page, options, directory=directory, recorder_words=words, stop=self._stop
+        )
 
     def _follow(self, graph: Graph, policy: Policy) -> None:
         parameters = graph.parameters
