@@ -62,6 +62,22 @@ def test_a_mistake_is_one_line_and_a_status(
     assert len(errors.strip().splitlines()) == 1
 
 
+@pytest.mark.parametrize('command', ['run', 'check-robot', 'calibrate', 'replay bag --recompute'])
+def test_a_parameter_that_no_node_has_is_refused(
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path))
+    words = 'landmark_localizer: {ros__parameters: {image_transprt: compressed}}'
+    Path('robot.yaml').write_text(words)
+    assert main([*command.split(), '--params-file', 'robot.yaml']) == 2
+    refused = "landmark_localizer.image_transprt = 'compressed': must be a parameter of that node"
+    assert capsys.readouterr().err == f'goalreach {command.split(maxsplit=1)[0]}: {refused}\n'
+
+
 @pytest.mark.parametrize('unbuffered', ['', '1'])
 def test_a_reader_that_goes_away_is_no_error(unbuffered: str, tmp_path: Path) -> None:
     command = [sys.executable, '-m', 'goalreach_bringup.cli', 'train']

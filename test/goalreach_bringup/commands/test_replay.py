@@ -29,7 +29,7 @@ def test_a_bag_is_played(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> No
 
 @pytest.mark.parametrize(('different', 'status'), [(0, 0), (1, 1)])
 def test_a_topic_that_differs_when_it_is_computed_again_sets_the_status(
-    different: int, status: int, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    different: int, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     asked: list[dict[str, Any]] = []
 
@@ -38,9 +38,9 @@ def test_a_topic_that_differs_when_it_is_computed_again_sets_the_status(
         return [TopicResult('/pose', 3), TopicResult('/state', 3, different)]
 
     monkeypatch.setattr('goalreach_bags.ros.recompute.recompute', recompute)
-    words = ['--recompute', '--tolerance', '0.5', '--params-file', 'a.yaml', '--quiet']
+    params = tmp_path / 'a.yaml'
+    params.write_text('/**: {ros__parameters: {use_sim_time: true}}')
+    words = ['--recompute', '--tolerance', '0.5', '--params-file', str(params), '--quiet']
     assert main(['replay', 'bag', *words]) == status
     assert 'the same within 0.5' in capsys.readouterr().out
-    assert asked == [
-        {'bag': Path('bag'), 'tolerance': 0.5, 'params_file': Path('a.yaml'), 'quiet': True}
-    ]
+    assert asked == [{'bag': Path('bag'), 'tolerance': 0.5, 'params_file': params, 'quiet': True}]

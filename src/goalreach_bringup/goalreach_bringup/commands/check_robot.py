@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from goalreach_bringup.launch.options import parse_namespace
+from goalreach_bringup.launch.plan import require_known
 from goalreach_bringup.robot_check.verdicts import HeardRobot, Verdict, can_drive, judge
 from goalreach_evaluation.summary_file import write_summary
 from goalreach_learning.controller_config import RobotConfig
@@ -64,6 +65,7 @@ def execute(options: Options) -> int:
 
 def expected_robot(user: NodeParameters) -> HeardRobot:
     """Return the robot that parameters describe, without messages so far."""
+    require_known(user)
     return HeardRobot(
         build_config(InputConfig, user[LOCALIZER]), build_config(RobotConfig, user[CONTROLLER])
     )

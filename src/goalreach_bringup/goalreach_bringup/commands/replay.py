@@ -1,6 +1,7 @@
 """The `replay` command: a bag into the graph, or through live perception."""
 
 from goalreach_bags.options import ReplayOptions as Options
+from goalreach_msgs_py.parameter_file import read_parameters
 
 SUMMARY = 'Replay a rosbag2 directory into the graph, or through live perception'
 
@@ -14,7 +15,9 @@ def execute(options: Options) -> int:
         return 0
     from goalreach_bags.report import show_recomputation
     from goalreach_bags.ros.recompute import recompute
+    from goalreach_bringup.launch.plan import require_known
 
+    require_known(read_parameters(options.params_file))
     results = recompute(
         options.bag,
         tolerance=options.tolerance,

@@ -67,6 +67,20 @@ def choose_starts(options: RunOptions, arena: Arena) -> tuple[Pose2, ...]:
     return arena.starts[half:] + arena.starts[:half]
 
 
+def require_known(user: NodeParameters) -> NodeParameters:
+    """Return the parameters of a user's file.
+
+    Raises:
+        ConfigurationError: A name is none of a parameter of its node.
+    """
+    for node, values in user.items():
+        known = {name for cls in NODE_CONFIGS[node] for name in parameter_infos(cls)}
+        for name, value in values.items():
+            if name not in known and not name.startswith(_STANDARD):
+                raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
+    return user
+
+
 def plan_parameters(
     options: RunOptions,
     *,
@@ -82,13 +96,9 @@ def plan_parameters(
         ConfigurationError: A value is refused; the line names node, parameter and value.
     """
     defaults = _defaults(options, arena, starts, policy_path, learning)
-    for node, values in user.items():
-        known = {name for cls in NODE_CONFIGS[node] for name in parameter_infos(cls)}
-        for name, value in values.items():
-            if name not in known and not name.startswith(_STANDARD):
-                raise ConfigurationError(f'{node}.{name}', value, 'a parameter of that node')
-            if name not in _BY_OPTIONS.get(node, ()):
-                defaults[node][name] = value
+    for node, values in require_known(user).items():
+        owned = _BY_OPTIONS.get(node, ())
+        defaults[node] |= {name: value for name, value in values.items() if name not in owned}
     defaults[topics.ROBOT].update(_given(clock=options.clock, speed=options.speed))
     learner = learning.learner if learning else None
     given = _given(mode=options.mode, behaviors=options.behaviors, learn=options.learn or None)
