@@ -428,6 +428,14 @@ def test_a_planted_fault_is_named_with_its_cure(
         assert [v.level for v in verdicts if v.subject == subject] == [*ok, level]
 
 
+def test_optional_bumpers_that_have_sent_nothing_yet_keep_no_robot_from_driving() -> None:
+    robot = Robot(robot=RobotConfig(bumpers='optional'), ticks={BUMPERS: range(0)})
+    (fault,) = [v for v in robot.verdicts() if v.level not in ('ok', 'note')]
+    assert (fault.subject, fault.level) == (BUMPERS, WARN)
+    assert fault.text == 'advertised, but nothing comes'
+    assert can_drive(robot.verdicts())
+
+
 @pytest.mark.parametrize(
     'robot',
     [

@@ -231,7 +231,7 @@ def _judge_input(topic: str, heard: HeardTopic, robot: HeardRobot) -> Iterator[F
     elif not heard.stamps_s:
         once = topic == topics.CAMERA_INFO
         cure = 'latch it, or send it now and then' if once else 'start the driver, or unpause it'
-        yield WRONG, 'advertised, but nothing comes', cure
+        yield WARN if optional else WRONG, 'advertised, but nothing comes', cure
     if topic == topics.CAMERA_INFO or not heard.stamps_s:
         return
     if heard.rate_hz < _LEAST_HZ:
