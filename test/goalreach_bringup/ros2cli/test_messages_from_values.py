@@ -82,6 +82,8 @@ def test_auto_and_now_are_stamped_later() -> None:
         (Float64, {'data': date(2026, 11, 30)}, 'data = datetime.date(2026, 11, 30): must be'),
         (Int8, {'data': 300}, 'data: The '),
         (Byte, {'data': ''}, "data = '': must be of type bytes"),
+        (Byte, {'data': 1.5}, 'data = 1.5: must be of type bytes'),
+        (Byte, {'data': date(2026, 11, 30)}, 'data = datetime.date(2026, 11, 30): must be of'),
         (Byte, {'data': 'ab'}, "data = 'ab': must be of type bytes"),
         (Bool, {'data': -1}, 'data = -1: must be of type bool'),
         (Bool, {'data': 2}, 'data = 2: must be of type bool'),

@@ -180,7 +180,7 @@ def _scalar(kind: type, value: Any, path: str) -> Any:
             converted = bytes([value]) if isinstance(value, int) else value.encode('latin-1')
         else:
             converted = kind(value)
-    except (OverflowError, TypeError, ValueError):
+    except (AttributeError, OverflowError, TypeError, ValueError):
         raise refusal from None
     cut = kind is int and isinstance(value, float) and converted != value
     if cut or (kind is bytes and len(converted) != 1):
