@@ -167,7 +167,7 @@ class RunSession:
             else:
                 graph.start()
                 self._record()
-            self._follow(graph, policy)
+            self._follow(graph, policy, parameters)
         finally:
             if self._recorder is not None:
                 _LOG.info(self._recorder.stop())
@@ -241,8 +241,7 @@ class RunSession:
             self.page, options, directory=directory, recorder_words=words, stop=self._stop
         )
 
-    def _follow(self, graph: Graph, policy: Policy) -> None:
-        parameters = graph.parameters
+    def _follow(self, graph: Graph, policy: Policy, parameters: NodeParameters) -> None:
         with ros_session():
             with early_participant(MONITOR):  # discovered while these are imported
                 from goalreach_bringup.launch.ros.external import ExternalWatch, log_commands
@@ -257,11 +256,11 @@ class RunSession:
                 )
                 mode = str(parameters[CONTROLLER]['mode'])
                 monitor = RunMonitor(evaluator, policy, mode, self._on_path, self._remaps)
-                watch = None
+                watch, drives = None, not self._options.no_drive
                 if self._external.names:
                     stamped = bool(parameters[CONTROLLER]['stamped_cmd_vel'])
-                    watch = ExternalWatch(monitor, self._external, stamped=stamped)
-                if self._options.no_drive:
+                    watch = ExternalWatch(monitor, self._external, stamped=stamped, stops=drives)
+                if not drives:
                     log_commands(monitor)
             lockstep = parameters[ROBOT]['clock'] == 'lockstep'
             follow(

@@ -142,6 +142,21 @@ def test_the_robot_is_stopped_for_a_second_where_nobody_drives(
     assert watch._stop is None
 
 
+@pytest.mark.parametrize(
+    ('names', 'stops'), [((ROBOT,), False), ((CONTROLLER,), True), ((CONTROLLER,), False)]
+)
+@pytest.mark.usefixtures('clock')
+def test_where_ours_does_not_drive_its_end_stops_no_robot(
+    node: Node,
+    names: tuple[str, ...],
+    stops: bool,  # noqa: FBT001
+) -> None:
+    others = ExternalNodes(names=names, only_drives=CONTROLLER in names)
+    watch = ExternalWatch(node, others, stamped=True, stops=stops)
+    watch.poll(BEGAN_S, drives=False)
+    assert node.count_publishers(CMD_VEL) == 0
+
+
 def test_a_driver_that_falls_silent_is_replaced_by_standing(
     node: Node, clock: SimpleNamespace
 ) -> None:

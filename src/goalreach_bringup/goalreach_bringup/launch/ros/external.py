@@ -115,10 +115,13 @@ def _describe(node: Node, names: Sequence[str]) -> ExternalNodes:
 
 
 class ExternalWatch:
-    """Follows external nodes by their topics, and stops the robot if its controller ends."""
+    """Follows external nodes by their topics; where it `stops`, it does if the controller ends."""
 
-    def __init__(self, node: Node, external: ExternalNodes, *, stamped: bool) -> None:
-        self._node = node
+    def __init__(
+        self, node: Node, external: ExternalNodes, *, stamped: bool, stops: bool = True
+    ) -> None:
+        self._node, self._stops = node, stops
+        self._others_drive = topics.CONTROLLER in external.names
         self._stamped = stamped
         self._command: type[Any] = TwistStamped if stamped else Twist
         self._polled_s = time.monotonic()
@@ -149,8 +152,9 @@ class ExternalWatch:
     def poll(self, now_s: float, *, drives: bool) -> bool:
         """Log nodes that fall silent or return; return whether the robot's clock has restarted.
 
-        The robot is stopped where our controller does not run.
+        The robot is stopped where our controller does not run, or another has fallen silent.
         """
+        drives = drives or self._others_drive
         unserved_s, self._polled_s = now_s - self._polled_s - _POLL_S, now_s
         for name, heard_s in self._heard_s.items():
             self._heard_s[name] = heard_s + max(0.0, unserved_s)
@@ -165,7 +169,8 @@ class ExternalWatch:
             elif not silent and name in self._silent:
                 self._silent.remove(name)
                 _LOG.info('%s (external) is back', name)
-        self._stop_until_s = self._stop_until_s if drives else now_s + _STOP_S
+        if self._stops and not drives:
+            self._stop_until_s = now_s + _STOP_S
         self._send_stop(now_s)
         restarted, self._clock_restarted = self._clock_restarted, False
         return restarted
