@@ -118,6 +118,16 @@ def test_a_path_of_which_only_the_end_was_heard_counts() -> None:
     assert (result.outcome, result.length_m) == ('timeout', 0.0)
 
 
+def test_a_path_begins_where_the_robot_was_nearest_to_a_start_that_it_has_not_met() -> None:
+    evaluator = PathEvaluator([START], REGIONS, judged=False)
+    for stamp, x_m in enumerate((1.7, 0.52, 0.515, 0.615, 0.515), 1):  # the second is on its way
+        assert not evaluator.add_tick(tick(stamp, x_m, 3.0))
+    (result,) = judged(evaluator.add_outcome(5, 0, PathOutcome.GOAL))
+    assert (result.start, result.outcome) == (START, 'declared')
+    assert result.length_m == pytest.approx(0.2)
+    assert result.duration_s == pytest.approx(2e-9)
+
+
 def test_a_path_whose_end_was_not_heard_is_counted_and_the_next_is_judged() -> None:
     evaluator = PathEvaluator([START], REGIONS)
     ticks = [tick(1, 0.5, 3.0), tick(2, 1.0, 3.0), tick(3, 0.5, 3.0), tick(4, 0.5, 2.9)]

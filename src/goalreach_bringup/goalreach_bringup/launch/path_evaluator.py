@@ -124,8 +124,10 @@ class PathEvaluator:
         return results
 
     def _close(self, ticks: list[Tick], truth: Pose2, outcome: PathOutcome) -> PathResult:
-        """Measure the current path by its ticks since the robot was placed."""
-        begin = (number for number, tick in enumerate(ticks) if self._is_at_start(tick))
+        """Measure the current path by its ticks since the robot was placed, or seen nearby."""
+        away_m = [self._from_start_m(tick) for tick in ticks]
+        near_m = max(_PLACED_M, min(away_m, default=0.0))
+        begin = (number for number, each_m in enumerate(away_m) if each_m <= near_m <= _CARRIED_M)
         ticks = ticks[next(begin, len(ticks)) :]
         start = self._start(ticks[0].truth if ticks else truth)
         in_goal = self.regions.region_at(truth.x_m, truth.y_m) == self.regions.goal
@@ -137,7 +139,7 @@ class PathEvaluator:
         for number, (earlier, later) in enumerate(itertools.pairwise(ticks), 1):
             one, other = earlier.truth, later.truth
             carried = math.hypot(other.x_m - one.x_m, other.y_m - one.y_m) > _CARRIED_M
-            arrived = self._is_at_start(later) and not self._is_at_start(earlier)
+            arrived = self._from_start_m(later) <= _PLACED_M < self._from_start_m(earlier)
             if arrived or (carried and not self.starts):
                 began = number
         return ticks[began:]
@@ -145,6 +147,6 @@ class PathEvaluator:
     def _start(self, truth: Pose2) -> Pose2:
         return self.starts[self.path % len(self.starts)] if self.starts else truth
 
-    def _is_at_start(self, tick: Tick) -> bool:
+    def _from_start_m(self, tick: Tick) -> float:
         start = self._start(tick.truth)
-        return math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m) <= _PLACED_M
+        return math.hypot(tick.truth.x_m - start.x_m, tick.truth.y_m - start.y_m)
