@@ -186,6 +186,13 @@ def test_a_run_that_learns_drives_the_starts_in_order() -> None:
     assert choose_starts(options, ARENA) == ARENA.starts
 
 
+@pytest.mark.parametrize('paths', [0, 10])
+def test_a_trial_from_random_starts_has_as_many_as_the_arena(paths: int) -> None:
+    options = RunOptions(learn=True, policy='new.json', starts='random', paths=paths)
+    assert len(choose_starts(options, ARENA)) == len(ARENA.starts)
+    assert choose_starts(options, ARENA) == choose_starts(replace(options, paths=3), ARENA)
+
+
 def test_parameters_that_every_node_has_are_accepted() -> None:
     user = {'use_sim_time': True, 'qos_overrides./odom.publisher.depth': 5}
     assert planned({ROBOT: user})[ROBOT].items() >= user.items()

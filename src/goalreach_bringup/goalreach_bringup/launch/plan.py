@@ -59,7 +59,8 @@ def choose_starts(options: RunOptions, arena: Arena) -> tuple[Pose2, ...]:
         return options.start_poses
     if options.starts == 'random':
         rng = np.random.default_rng(options.seeds.starts)
-        return random_starts(arena, options.paths or _ENDLESS_STARTS, rng)
+        count = len(arena.starts) if options.learn else options.paths or _ENDLESS_STARTS
+        return random_starts(arena, count, rng)
     if options.paths or options.learn:
         return arena.starts
     # A run without end is watched by a person: start opposite the goal, with the LEDs in view.
