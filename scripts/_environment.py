@@ -167,6 +167,8 @@ def _continue_in(venv: Venv) -> NoReturn:
     environment = for_another_python(os.environ)
     if folders := [folder for folder in _search_path() if not _holds_ros(folder)]:
         environment['PYTHONPATH'] = os.pathsep.join(folders)
+    if any(map(_holds_ros, _search_path())):  # the ros2 on PATH lives from what is left out
+        environment['GOALREACH_ROS2_HANDED_OVER'] = '1'
     python = str(venv.python)
     os.execve(python, [python, *sys.orig_argv[1:]], environment)  # noqa: S606
 

@@ -188,6 +188,8 @@ def test_another_ros_gives_way_to_the_environment(clone: Clone, tmp_path: Path) 
             assert outcome.status == 0
             assert re.search(r'goalreach: ROS_DISTRO = \w+: using \.venv instead of', outcome.err)
             assert outcome.said['variables']['PYTHONPATH'] == str(tmp_path / 'own')
+            handed_over = outcome.said['variables']['GOALREACH_ROS2_HANDED_OVER']
+            assert handed_over == '1', 'the ros2 of the other would not start'
             lines.append(outcome.err.count('\n'))
     assert lines[0] > 1, 'the first start sets up'
     assert lines[1:] == [1, 1, 1]

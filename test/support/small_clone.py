@@ -40,8 +40,10 @@ def build_editable(folder, config_settings=None, metadata_directory=None):
 CLI = """
 import json, os, sys
 
+HANDED_OVER = 'GOALREACH_ROS2_HANDED_OVER'
+
 def main(arguments):
-    names = ('LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH')
+    names = ('LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'PYTHONPATH', HANDED_OVER)
     print(json.dumps({
         'arguments': arguments,
         'prefix': sys.prefix,
