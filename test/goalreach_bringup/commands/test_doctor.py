@@ -9,6 +9,7 @@ from goalreach_bringup.cli import main
 from goalreach_bringup.commands import doctor
 from goalreach_bringup.launch import auxiliary_processes
 from goalreach_msgs_py.errors import GoalreachError
+from goalreach_msgs_py.ros.distribution import installed
 
 
 def test_each_finding_has_a_line(
@@ -53,11 +54,11 @@ def test_ros_that_cannot_be_imported_or_is_of_a_distribution_is_told(
 ) -> None:
     monkeypatch.setattr(doctor, '_FINDINGS', {'ROS 2': doctor._ros})
     monkeypatch.setenv('ROS_DISTRO', 'rolling')
-    assert main(['doctor']) == 0
-    assert capsys.readouterr().out.startswith('ok     ROS 2          rolling, rclpy in ')
-    monkeypatch.delenv('ROS_DISTRO')
-    assert main(['doctor']) == 0
-    assert ', from wheels, rclpy in ' in capsys.readouterr().out
+    for wheels, distribution in ((None, 'rolling'), (Mock(), f'{installed().name}, from wheels')):
+        monkeypatch.setattr(doctor, 'find_spec', lambda _, found=wheels: found)
+        assert main(['doctor']) == 0
+        line = f'ok     ROS 2          {distribution}, rclpy in '
+        assert capsys.readouterr().out.startswith(line)
     monkeypatch.setattr(doctor, '_ROS_PROBE', 'import rclpy_of_nobody')
     assert main(['doctor']) == 1
     reason = "ModuleNotFoundError: No module named 'rclpy_of_nobody'; reinstall goalreach\n"

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import contextlib
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import platform
@@ -72,7 +73,9 @@ def _ros() -> str:
     if probe.returncode:
         reason = probe.stderr.strip().rpartition('\n')[2]
         raise GoalreachError(f'rclpy cannot be imported: {reason}; reinstall goalreach')
-    distribution = os.environ.get('ROS_DISTRO') or f'{installed().name}, from wheels'
+    distribution = os.environ.get('ROS_DISTRO') or installed().name
+    if find_spec('ros_wheels_bootstrapper'):  # whatever ROS a terminal was told of
+        distribution = f'{installed().name}, from wheels'
     return f'{distribution}, {probe.stdout.strip()}'
 
 
