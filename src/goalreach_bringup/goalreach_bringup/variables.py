@@ -31,8 +31,10 @@ _LONGEST_TMPDIR: Final = 75
 /pymp-xxxxxxxx/listener-xxxxxxxx."""
 
 
-def check_variables(environment: Mapping[str, str], *, starts_graph: bool = False) -> None:
-    """Check the variables that are set; an empty one counts as not set.
+def check_variables(
+    environment: Mapping[str, str], *, starts_graph: bool = False, only: str = ''
+) -> None:
+    """Check the variables that are set, or `only` one; an empty one counts as not set.
 
     A graph of this machine's own would wait without end for a discovery server that does not run,
     so none may be given where one is started.
@@ -43,7 +45,8 @@ def check_variables(environment: Mapping[str, str], *, starts_graph: bool = Fals
     """
     for name, check in (_CHECKS | (_OF_ANOTHER_GRAPH if starts_graph else {})).items():
         value = environment.get(name, '')
-        if (value or name == 'HOME') and (allowed := check(value, environment)):
+        asked = (value or name == 'HOME') and only in {'', name}
+        if asked and (allowed := check(value, environment)):
             raise ConfigurationError(name, value, allowed)
 
 

@@ -29,7 +29,8 @@ def test_each_finding_has_a_line(
     ('name', 'value', 'wrong'),
     [
         ('ROS_DOMAIN_ID', 'abc', ['variables', 'domain']),
-        ('RMW_IMPLEMENTATION', 'rmw_none_cpp', ['variables', 'domain']),
+        ('RMW_IMPLEMENTATION', 'rmw_none_cpp', ['variables']),
+        ('ROS_LOG_DIR', '/dev/null/logs', ['variables']),
         ('ROS_DISCOVERY_SERVER', '127.0.0.1:11811', ['variables']),
     ],
 )

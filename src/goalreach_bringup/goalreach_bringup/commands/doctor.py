@@ -86,7 +86,7 @@ def _variables() -> str:
 
 
 def _domain() -> str:
-    check_variables(os.environ)
+    check_variables(os.environ, only='ROS_DOMAIN_ID')
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 0)
     with domain_lock():
         count = count_local_participants(domain)
