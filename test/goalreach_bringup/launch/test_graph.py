@@ -165,7 +165,7 @@ def test_a_process_that_does_not_answer_is_ended(
     wait_for(tmp_path / f'{ROBOT}.log', 'ready')
     assert not one.supervise(ROBOT, 10.0, lambda now_s: now_s == 10.0, no_changes)
     assert one._processes[ROBOT].exit_status == -signal.SIGKILL
-    line = f'{ROBOT}: error: did not answer for 4 s and was ended; restarting it at once'
+    line = f'{ROBOT}: error: did not answer in time and was ended; restarting it at once'
     assert caplog.messages == [line]
     one.restart({ROBOT: {'speed': 3.0}})
     assert not one.is_down(ROBOT)

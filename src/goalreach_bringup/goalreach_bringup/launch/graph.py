@@ -21,9 +21,6 @@ from goalreach_bringup.launch.environment import remove_abandoned
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import NodeParameters, write_parameters
 
-SILENCE_LIMIT_S: Final = 4.0
-"""Silence after which a process that has answered before counts as hung. Chosen."""
-
 _LOG: Final = logging.getLogger(__name__)
 
 
@@ -144,7 +141,7 @@ class Graph:
         elif silent(now_s):
             process.signal(signal.SIGKILL)
             process.wait(1.0)
-            self._lost(name, f'did not answer for {SILENCE_LIMIT_S:.0f} s and was ended', now_s)
+            self._lost(name, 'did not answer in time and was ended', now_s)
         return False
 
     def _lost(self, name: str, reason: str, now_s: float) -> None:

@@ -12,7 +12,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
 
-from goalreach_bringup.launch.graph import SILENCE_LIMIT_S, Graph
+from goalreach_bringup.launch.graph import Graph
 from goalreach_bringup.launch.ros.external import ExternalWatch
 from goalreach_msgs_py.ros.process import PeriodicGc
 from goalreach_msgs_py.topics import CONTROLLER
@@ -20,6 +20,8 @@ from goalreach_msgs_py.topics import CONTROLLER
 _LOG: Final = logging.getLogger(__name__)
 _PERIOD_S = 1.0
 _START_S = 20.0
+_SILENCE_S = 4.0
+"""Silence after which a process that has answered before counts as hung. Chosen."""
 _SPIN_S = 0.05
 
 
@@ -45,7 +47,7 @@ class LivenessProbe:
         self._until_s += max(0.0, now_s - self._polled_s - _PERIOD_S)
         self._polled_s = now_s
         if any(call.done() for call in self._pending):
-            self._until_s = now_s + SILENCE_LIMIT_S
+            self._until_s = now_s + _SILENCE_S
             self._pending.clear()
         due = now_s - self._requested_s >= _PERIOD_S
         if due and self._client.services_are_ready():
