@@ -10,7 +10,7 @@ Options = RunOptions
 
 
 def execute(options: Options) -> int:
-    """Run the graph; return 0 where every requested path reached the goal or Ctrl-C ended it.
+    """Run the graph; return 0 where every requested path reached the goal, else 1.
 
     The page stays open after the run, and can start another, where a person has it open: see
     `RunRequests.next_options`.
