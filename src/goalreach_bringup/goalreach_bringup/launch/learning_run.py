@@ -28,6 +28,7 @@ class LearningRun:
         policy: The policy at the start of the run.
         first_path: Number of the first path to be driven.
         trials: Trials of the whole phase.
+        learner: Name of the learner.
     """
 
     policy: Policy
