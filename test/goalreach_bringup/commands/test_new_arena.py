@@ -76,21 +76,30 @@ def test_landmarks_are_leds_and_tags_and_a_wrong_answer_is_asked_again(
 @pytest.mark.parametrize(
     ('lines', 'reason'),
     [
-        (('3',), 'no answer: length of the room, m'),
         (('3', '4', '', 'NOWHERE'), 'regions.goal'),
         (('3', '4', '0 0.2 9 0 1.3 90', '', ''), r'tags[0]'),
         (('nan', '4', '', ''), 'width_m'),
     ],
 )
-def test_answers_that_make_no_arena_get_one_line_and_leave_no_file(
+def test_answers_that_make_no_arena_get_one_line_and_are_kept_to_be_corrected(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     lines: tuple[str, ...],
     reason: str,
 ) -> None:
+    draft = tmp_path / 'room.yaml.draft'
     assert answer(monkeypatch, tmp_path / 'room.yaml', *lines) == 2
-    assert reason in capsys.readouterr().err
+    assert capsys.readouterr().err.startswith(f'goalreach new-arena: {draft}: {reason}')
+    assert list(tmp_path.iterdir()) == [draft]
+    assert draft.read_text().startswith(f"name: 'room'\nwidth_m: {float(lines[0])}\n")
+
+
+def test_without_the_last_answers_there_is_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert answer(monkeypatch, tmp_path / 'room.yaml', '3') == 2
+    assert 'no answer: length of the room, m' in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

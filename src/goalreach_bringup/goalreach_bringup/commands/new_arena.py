@@ -7,7 +7,7 @@ import sys
 from typing import TypeVar
 
 from goalreach_msgs_py.arena_file import read_arena
-from goalreach_msgs_py.errors import CommandError, FileFormatError, GoalreachError
+from goalreach_msgs_py.errors import CommandError, FileFormatError
 from goalreach_msgs_py.files import require_writable, write_text_atomically
 from goalreach_msgs_py.options import CommandOptions, option
 
@@ -32,12 +32,10 @@ def execute(options: Options) -> int:
     if options.out.exists():
         raise FileFormatError(options.out, 'exists already')
     require_writable(options.out)
-    write_text_atomically(options.out, _ask_arena(options.out.stem))
-    try:
-        arena = read_arena(options.out)
-    except GoalreachError:
-        options.out.unlink()
-        raise
+    draft = Path(f'{options.out}.draft')  # stays where it is refused, to be corrected
+    write_text_atomically(draft, _ask_arena(options.out.stem))
+    arena = read_arena(draft)
+    draft.rename(options.out)
     figure, axes = arena_figure(arena, arena.name)
     draw_region_names(axes, arena, size=6)
     print(options.out, *write_figure(figure, options.out.parent, options.out.stem, ('svg',)))
