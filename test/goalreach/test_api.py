@@ -95,7 +95,7 @@ def test_objects_are_named_in_the_summary() -> None:
 
 def test_figures_come_in_the_papers_order(tmp_path: Path) -> None:
     policy = goalreach.train()
-    files = goalreach.figures(policy, out=tmp_path / 'new', formats=['svg'])
+    files = goalreach.figures(policy, out=tmp_path / 'new', formats='svg')
     assert [file.name[:8] for file in files] == [f'figure_{k}' for k in range(1, 7)]
     assert all(file.stat().st_size > 1000 for file in files)
 

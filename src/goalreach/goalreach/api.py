@@ -165,6 +165,7 @@ def figures(
     from goalreach_evaluation.figures.figure_file import write_figure  # noqa: PLC0415
     from goalreach_evaluation.figures.paper_figures import paper_figures  # noqa: PLC0415
 
+    formats = (formats,) if isinstance(formats, str) else formats
     if wrong := set(formats) - {'svg', 'png'}:
         raise ConfigurationError('formats', sorted(wrong), "'svg', 'png' or both")
     if isinstance(result, Evaluation):
