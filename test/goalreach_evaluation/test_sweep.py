@@ -36,6 +36,12 @@ def case(seed: int, noise_name: str = 'nominal') -> SweepCase:
     )
 
 
+def test_without_dask_its_option_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('importlib.util.find_spec', lambda _: None)
+    with pytest.raises(GoalreachError, match=r'^--engine dask needs distributed'), dask_workers(1):
+        pass
+
+
 def two_dask_workers() -> AbstractContextManager[Executor]:
     pytest.importorskip('distributed')
     return dask_workers(2)

@@ -185,7 +185,7 @@ def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
         GoalreachError: Dask is not installed, or the scheduler does not answer.
     """
     if importlib.util.find_spec('distributed') is None:
-        raise GoalreachError('--dask needs distributed: pip install distributed')
+        raise GoalreachError('--engine dask needs distributed: pip install distributed')
     import distributed
 
     try:
