@@ -30,6 +30,16 @@ def test_shares_have_their_interval(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert cells[-5:] == ['2', '8', '87.50', '52.91', '97.76']  # Wilson's interval of 7 of 8
 
 
+def test_other_cases_of_the_file_are_not_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, rows = tmp_path / 'sweep.jsonl', [{**FUZZY, 'seed': k} for k in range(5)]
+    rows.append({**FUZZY, 'arena': 'large', 'seed': 0})
+    told(path, [{**row, 'outcomes': {'goal': 4}} for row in rows], '--drives 4')
+    cells = [word for word in capsys.readouterr().out.split() if word[0].isdigit()]
+    assert cells[-5:-2] == ['2', '8', '100.00']
+
+
 def test_where_no_path_reached_the_goal_the_share_is_zero(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -58,10 +58,11 @@ def execute(options: Options) -> int:
     print(f'{len(cases) - len(left)} of {len(cases)} cases are done', flush=True)
     for case, result in run_cases(left, measure, _executor(options)):
         results.add(case.key, result)
+    done = results.select([case.key for case in cases])
     if options.learners:
-        _show_learners(results.select([case.key for case in cases]), options.learners)
+        _show_learners(done, options.learners)
     else:
-        _show(results.results)
+        _show(done)
     return 0
 
 
