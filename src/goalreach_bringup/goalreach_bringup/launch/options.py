@@ -55,7 +55,7 @@ class RunOptions(SeededOptions):
         'behaviours, such as "first(escape, blend(avoid, patience, goal))" (default: goal)',
         metavar='TEXT',
     )
-    paths: int = option(0, 'number of paths; 0: until Ctrl-C', minimum=0)
+    paths: int = option(0, 'number of paths; 0: until Ctrl-C', minimum=0, maximum=1_000_000)
     arena: str = arena_option()
     starts: str = option('paper', 'where paths begin', choices=('paper', 'random'))
     start_poses: tuple[Pose2, ...] = option(
