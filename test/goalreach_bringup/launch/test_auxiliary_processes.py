@@ -181,7 +181,12 @@ def asked(*, requested: bool) -> Any:  # noqa: ANN401 - stands for a StopRequest
 
 
 @pytest.mark.parametrize(
-    ('kind', 'kept'), [('asks', {'request': 'stop'}), ('closes', None), ('unseen', None)]
+    ('kind', 'kept'),
+    [
+        ('asks', {'request': 'start', 'value': 1, 'viewers': 1}),
+        ('closes', None),
+        ('unseen', None),
+    ],
 )
 def test_a_page_is_kept_until_it_asks_for_something_or_is_closed(
     kind: str,

@@ -104,6 +104,7 @@ def serve(requests: report.RunRequests, recorder: Any, name: str, value: object)
     [
         ({'paths': -1}, 'paths = -1'),
         ({'paths': 1.0}, 'paths = 1.0'),
+        ({'paths': 1_000_001}, '--paths = 1000001'),
         ({'starts': '1,2'}, "--start = '1,2'"),
         ({'policy': 'none.json'}, 'none.json: '),
     ],
@@ -125,6 +126,8 @@ def test_a_start_ends_the_run_for_the_next(requests: report.RunRequests) -> None
         policy='paper', paths=2, start_poses=(Pose2(x_m=0.9, y_m=3.0, heading_rad=math.pi / 2),)
     )
     serve(requests, None, 'start', {**START, 'policy': 'learned', 'starts': 'random', 'paths': 0})
+    assert requests.next_options() == RunOptions(starts='random')
+    serve(requests, None, 'start', {**START, 'paths': -1})
     assert requests.next_options() == RunOptions(starts='random')
 
 

@@ -97,11 +97,12 @@ class PageProcess(ChildProcess):
         return requests
 
     def keep(self, stop: StopRequest) -> dict[str, Any] | None:
-        """Keep the page after a run; return a request, or None once nobody has it open."""
+        """Keep the page after a run; return a request, a start first, or None once closed."""
         seen_s = -math.inf
         while not (stop.requested or self._failed):
             if requests := self.poll():
-                return requests[0]
+                starts = (one for one in requests if one['request'] == 'start')
+                return next(starts, requests[0])
             if self._viewers:
                 if seen_s < 0.0:
                     _LOG.info('the live page stays until it is closed; Ctrl-C ends it')

@@ -143,7 +143,7 @@ class RunRequests:
             if name == 'stop':
                 self.ends = True
             elif name == 'start':
-                self._next = self._checked(value)
+                self._next = self._checked(value) or self._next
                 self.ends = self.ends or self._next is not None
             elif name == 'record':
                 recorder = self._record(recorder, on=value is True)
