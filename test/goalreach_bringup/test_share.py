@@ -8,7 +8,9 @@ import contextlib
 from importlib.util import find_spec
 import math
 from pathlib import Path
+import sys
 from typing import Any
+from unittest.mock import Mock
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -19,6 +21,7 @@ from goalreach_bringup.launch.child_process import NODE_CLASSES
 from goalreach_bringup.launch.options import RunOptions
 from goalreach_bringup.launch.plan import standalone_parameters
 from goalreach_msgs_py.arena import BODY_RADIUS_M
+from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameter_file import read_parameters
 from goalreach_msgs_py.ros.transforms import PAN_FRAME, TILT_FRAME, TURRET_FRAME
 from goalreach_msgs_py.topics import BASE_FRAME, CAMERA_FRAME, HEAD_JOINTS, NODES
@@ -100,6 +103,41 @@ def test_launch_describes_the_arguments() -> None:
         module = load_module(BRINGUP / 'launch' / f'{name}.launch.py')
         described = module.generate_launch_description().get_launch_arguments()
         assert {each.name for each in described} >= set(module.OPTIONS)
+
+
+class Argument:
+    """Stands for `LaunchConfiguration`, which is a part of ROS 2 but not of its wheels."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def perform(self, context: dict[str, str]) -> str:
+        return context.get(self.name, '')
+
+
+def started(monkeypatch: pytest.MonkeyPatch, **context: str) -> list[Any]:
+    """Return the arguments of each node that the launch file starts."""
+    names = ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros.actions')
+    modules = {name: Mock() for name in names}
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setitem(sys.modules, 'launch_ros', Mock())
+    modules['launch.substitutions'].LaunchConfiguration = Argument
+    load_module(BRINGUP / 'launch' / 'goalreach.launch.py').nodes(context)
+    return [call.kwargs for call in modules['launch_ros.actions'].Node.call_args_list]
+
+
+def test_the_launch_file_starts_what_others_do_not_replace_and_writes_among_the_logs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path))
+    nodes = started(monkeypatch, external='nomad200,state_estimator')
+    assert {node['executable'] for node in nodes} == {NODES[1], NODES[3]}
+    (path,) = {path for node in nodes for path in node['parameters']}
+    assert Path(path).is_relative_to(tmp_path)
+    assert set(read_parameters(path)) == set(NODES)
+    with pytest.raises(ConfigurationError, match="--external = 'nomad2000'"):
+        started(monkeypatch, external='nomad2000')
 
 
 def test_parameter_files_are_accepted() -> None:

@@ -5,7 +5,6 @@ Judging, recording and restarting nodes are left to `run`.
 """
 
 from pathlib import Path
-import tempfile
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -14,6 +13,7 @@ from launch_ros.actions import Node
 
 from goalreach_bringup.cli import load_command
 from goalreach_bringup.launch.child_process import NODE_CLASSES
+from goalreach_bringup.launch.environment import make_run_directory
 from goalreach_bringup.launch.plan import standalone_parameters
 from goalreach_msgs_py.parameter_file import write_parameters
 
@@ -27,14 +27,16 @@ def nodes(context):
     """Return the actions for the given arguments."""
     given = {name: LaunchConfiguration(name).perform(context) for name in (*OPTIONS, *OTHERS)}
     words = [word for name in OPTIONS if given[name] for word in (f'--{name}', given[name])]
+    names = filter(None, given['external'].split(','))
+    words += [word for name in names for word in ('--external', name)]
     _, options = load_command('run').parse('goalreach.launch.py', words)
     space = options.namespace
-    path = Path(tempfile.mkdtemp(prefix='goalreach-')) / 'parameters.yaml'
+    path = make_run_directory() / 'parameters.yaml'
     write_parameters(path, standalone_parameters(options), space)
     actions = [
         Node(package=NODES[name], executable=name, namespace=space, parameters=[str(path)])
         for name in NODES
-        if name not in given['external'].split(',')
+        if name not in options.external
     ]
     if given['rviz'].lower() in ('true', '1'):
         prefix = f'{space}/'.lstrip('/')
