@@ -73,9 +73,8 @@ def _ros() -> str:
     if probe.returncode:
         reason = probe.stderr.strip().rpartition('\n')[2]
         raise GoalreachError(f'rclpy cannot be imported: {reason}; reinstall goalreach')
-    distribution = os.environ.get('ROS_DISTRO') or installed().name
-    if find_spec('ros_wheels_bootstrapper'):  # whatever ROS a terminal was told of
-        distribution = f'{installed().name}, from wheels'
+    wheels, name = find_spec('ros_wheels_bootstrapper'), installed().name
+    distribution = f'{name}, from wheels' if wheels else os.environ.get('ROS_DISTRO') or name
     return f'{distribution}, {probe.stdout.strip()}'
 
 

@@ -59,10 +59,7 @@ def execute(options: Options) -> int:
     for case, result in run_cases(left, measure, _executor(options)):
         results.add(case.key, result)
     done = results.select([case.key for case in cases])
-    if options.learners:
-        _show_learners(done, options.learners)
-    else:
-        _show(done)
+    _show_learners(done, options.learners) if options.learners else _show(done)
     return 0
 
 

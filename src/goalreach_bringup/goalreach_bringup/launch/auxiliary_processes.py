@@ -71,13 +71,10 @@ class PageProcess(ChildProcess):
         with bind('127.0.0.1', None) as listener:
             _LOG.info('live page: %s', url('127.0.0.1', listener.getsockname()[1], token))
             super().__init__(
-                'dashboard',
-                _COMMAND_LINE,
-                [*words, '--events', self._events.name, '--listener'],
-                log_path=directory / 'dashboard.log',
-                variables={TOKEN_VARIABLE: token},
+                'dashboard', _COMMAND_LINE, [*words, '--events', self._events.name, '--listener'],
+                log_path=directory / 'dashboard.log', variables={TOKEN_VARIABLE: token},
                 listener=listener,
-            )
+            )  # fmt: skip
 
     def report(self, event: str, **values: object) -> None:
         """Report an event of the run to the page."""

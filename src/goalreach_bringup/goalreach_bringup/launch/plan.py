@@ -138,13 +138,9 @@ def _defaults(
     first = learning.first_path if learning else 0
     paths = learning.remaining(options.paths, len(numbers) // 3) if learning else options.paths
     mission = MissionConfig(
-        policy=policy_path,
-        policy_out=policy_path if learning else '',
-        starts=numbers,
-        first_path=first,
-        paths=first + paths,
-        seed=options.seeds.controller,
-    )
+        policy=policy_path, policy_out=policy_path if learning else '',
+        starts=numbers, first_path=first, paths=first + paths, seed=options.seeds.controller,
+    )  # fmt: skip
     noise = noise_preset(options.noise)
     simulator = SimulatorConfig.for_arena(arena, noise)
     configs: dict[str, tuple[object, ...]] = {

@@ -112,14 +112,10 @@ class RunRequests:
         options = self.options
         policy = options.policy or _LEARNED
         self.page.report(
-            'begin',
-            arena=options.arena,
-            arenas=sorted({*arena_names(), options.arena}),
-            policy=policy,
-            policies=sorted({*policy_names(), policy, _LEARNED}),
-            seed=options.seed,
-            external=options.external,
-        )
+            'begin', seed=options.seed, external=options.external,
+            arena=options.arena, arenas=sorted({*arena_names(), options.arena}),
+            policy=policy, policies=sorted({*policy_names(), policy, _LEARNED}),
+        )  # fmt: skip
         if options.record is not None:
             self.page.report('record', on=True, bag=str(options.record))
 
@@ -127,14 +123,9 @@ class RunRequests:
         """Report a finished path to the page."""
         start = result.start
         self.page.report(
-            'path',
-            x_m=start.x_m,
-            y_m=start.y_m,
-            heading_deg=math.degrees(start.heading_rad),
-            outcome=result.outcome,
-            duration_s=result.duration_s,
-            length_m=result.length_m,
-        )
+            'path', x_m=start.x_m, y_m=start.y_m, heading_deg=math.degrees(start.heading_rad),
+            outcome=result.outcome, duration_s=result.duration_s, length_m=result.length_m,
+        )  # fmt: skip
 
     def serve(self, recorder: RecorderProcess | None) -> RecorderProcess | None:
         """Serve the requests of the page; return the recorder, if one is recording."""
@@ -204,12 +195,8 @@ class RunRequests:
             policy=None if policy == _LEARNED else policy,
             starts=starts if named else 'paper',
             start_poses=() if named else (parse_start(starts),),
-            paths=paths,
-            learn=False,
-            learner=None,
-            record=None,
-            summary=None,
-        )
+            paths=paths, learn=False, learner=None, record=None, summary=None,
+        )  # fmt: skip
         arena = choose_arena(options.arena)
         choose_starts(options, arena)
         choose_policy(options.policy, arena, options.seed)

@@ -9,7 +9,7 @@ import select
 import sys
 import termios
 import time
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from goalreach_bags.storage import require_new_bag
 from goalreach_bringup.launch.auxiliary_processes import (
@@ -142,10 +142,8 @@ class RunSession:
             write_policy(path, policy)
             _LOG.info(
                 'learned a policy: %d trials of %d paths in %.2f s',
-                policy.learning['trials'],
-                len(self._arena.starts),
-                time.monotonic() - began_s,
-            )
+                policy.learning['trials'], len(self._arena.starts), time.monotonic() - began_s,
+            )  # fmt: skip
         return policy
 
     def _drive(self, policy: Policy, parameters: NodeParameters, *, shows_page: bool) -> None:
@@ -201,13 +199,10 @@ class RunSession:
     def _graph(self, parameters: NodeParameters) -> Graph:
         options, external = self._options, self._external
         return Graph(
-            parameters=external.parameters(parameters, options),
-            directory=self._directory,
-            composed=options.composed,
+            parameters=external.parameters(parameters, options), directory=self._directory,
+            composed=options.composed, namespace=options.namespace, nodes=external.started,
             remaps=(*self._remaps, *external.remaps(drive=not options.no_drive)),
-            namespace=options.namespace,
-            nodes=external.started,
-        )
+        )  # fmt: skip
 
     def _find_external(self) -> bool:
         """Wait for the external nodes; return whether they were found."""
@@ -302,19 +297,13 @@ class RunSession:
             )
 
     def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
-        sim_time_s = self._sim_time_s
-        self._report.table(self._tally, mode=mode, sim_time_s=sim_time_s, wall_time_s=wall_time_s)
-        if self._options.summary:
-            summary = summarise(
-                self._results,
-                seed=self._options.seed,
-                mode=mode,
-                policy=str(self._options.policy or 'learned'),
-                sim_time_s=sim_time_s,
-                wall_time_s=wall_time_s,
-                config=parameters,
-            )
-            write_summary(self._options.summary, summary)
+        options = self._options
+        times = {'sim_time_s': self._sim_time_s, 'wall_time_s': wall_time_s}
+        self._report.table(self._tally, mode=mode, **times)
+        if options.summary:
+            facts: dict[str, Any] = {'mode': mode, 'config': parameters}
+            facts |= {'seed': options.seed, 'policy': str(options.policy or 'learned')}
+            write_summary(options.summary, summarise(self._results, **facts, **times))
 
     def _status(self, policy_path: Path) -> int:
         failed = self._recorder is not None and self._recorder.failed
