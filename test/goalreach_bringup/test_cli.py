@@ -38,7 +38,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ('arguments', 'said'),
     [
-        (['run', '--paths', '-1'], '--paths = -1: must be a whole number >= 0'),
+        (['run', '--paths', '-1'], '--paths = -1: must be a whole number in [0, 1e+06]'),
         (['run', '--seed', '-1'], '--seed = -1'),
         (['run', '--start', 'here'], "--start = 'here'"),
         (['run', '--seed', '0', '--policy', 'missing.json'], 'missing.json: cannot be read'),

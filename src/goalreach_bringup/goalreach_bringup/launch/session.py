@@ -298,7 +298,7 @@ class RunSession:
 
     def _summarise(self, parameters: NodeParameters, mode: str, wall_time_s: float) -> None:
         options = self._options
-        times = {'sim_time_s': self._sim_time_s, 'wall_time_s': wall_time_s}
+        times: dict[str, Any] = {'sim_time_s': self._sim_time_s, 'wall_time_s': wall_time_s}
         self._report.table(self._tally, mode=mode, **times)
         if options.summary:
             facts: dict[str, Any] = {'mode': mode, 'config': parameters}
