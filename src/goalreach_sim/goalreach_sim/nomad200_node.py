@@ -42,10 +42,9 @@ class Nomad200Node(Node):
 
     Publishes: `/clock`, `/camera/image_raw`, `/camera/camera_info`, `/odom`, `/joint_states`,
     `/bumpers`, `/ground_truth/odom` and, with the parameter `sonar`, `/sonar` once in a camera
-    period; `/camera/image_raw/compressed` (JPEG)
-    at most ten times a second of the wall clock, while subscribed to; `/arena/markers` once
-    (latched), moving obstacles five times a second of its clock; `/diagnostics`; and `/tf`,
-    `/tf_static` where tf2_msgs is installed.
+    period; `/camera/image_raw/compressed` (JPEG) at most ten times a second of the wall clock,
+    while subscribed to; `/arena/markers` once (latched), moving obstacles with every fifth image;
+    `/diagnostics`; and `/tf`, `/tf_static` where tf2_msgs is installed.
     Subscribes: `/cmd_vel`, `/head/command`, and the acknowledgements of each node in the parameter
     `consumers` (see `AcknowledgementGate`).
     Services: `/nomad200/reset` (to the parameter `start_pose`), `/nomad200/pause`,
@@ -61,12 +60,13 @@ class Nomad200Node(Node):
         live = ['start_pose', *parameter_infos(NoiseModel, 'noise.')]
         self._config = NodeConfig(self, SimulatorConfig, live=live, on_change=self._on_config)
         self._time = NodeConfig(self, TimeConfig, live=('speed',), on_change=self._on_time)
-        faults = FaultParameters
-        NodeConfig(self, faults, live=parameter_infos(faults), on_change=self._on_faults)
+        live = list(parameter_infos(FaultParameters))
+        faults = NodeConfig(self, FaultParameters, live=live, on_change=self._on_faults).value
         live = ['goal_region']
         regions = NodeConfig(self, RegionConfig, live=live, on_change=self._on_regions).value
         config, timing = self._config.value, self._time.value
         self._simulator = Simulator(config, np.random.default_rng(timing.seed))
+        self._on_faults(faults)
         self._lockstep = timing.clock == 'lockstep'
         self._reply = StampedReply()
         self._diagnostics = Diagnostics(self, self._reply)
