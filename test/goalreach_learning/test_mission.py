@@ -37,6 +37,12 @@ def test_where_a_service_places_the_robot_no_path_waits() -> None:
     assert mission.path_order(7) == PathOrder(path=7, trial=7, start=None)
 
 
+def test_without_starts_a_trial_has_as_many_paths_as_told() -> None:
+    mission = MissionConfig(paths_per_trial=22, placement_service='/dock/leave')
+    orders = [mission.path_order(path) for path in (0, 21, 22, 439)]
+    assert [order.trial for order in orders if order] == [0, 0, 1, 19]
+
+
 def test_a_start_has_three_numbers() -> None:
     with pytest.raises(ConfigurationError, match='three numbers for each start'):
         MissionConfig(starts=(1.0, 2.0))

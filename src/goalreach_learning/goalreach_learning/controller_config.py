@@ -151,12 +151,13 @@ class MissionConfig(Configuration):
         '', 'Service (std_srvs/Trigger) in the place of starts; empty: none'
     )
     paths: int = parameter(0, 'Number of paths; 0: unlimited', within=(0, 1_000_000))
+    paths_per_trial: int = parameter(
+        1, 'Number of paths of a trial where there are no starts', within=(1, 1_000_000)
+    )
     first_path: int = parameter(
         0, 'Number of the first path, when learning is resumed', within=(0, 1_000_000)
     )
-    resume: bool = parameter(
-        False, 'Whether the first path begins at the present pose of the robot'
-    )
+    resume: bool = parameter(False, 'Whether the first path begins where the robot stands')
     consumer: str = parameter(
         '', 'Node whose subscription to the transitions the first path waits for; empty: none'
     )
@@ -171,11 +172,10 @@ class MissionConfig(Configuration):
         """Return the order of a path by its number, or None after the last one."""
         if self.paths and path >= self.paths:
             return None
-        if not self.starts:
-            return PathOrder(path, path, waits=path > 0 and not self.placement_service)
-        trial, index = divmod(path, len(self.starts) // 3)
-        if self.resumes(path):
-            return PathOrder(path, trial)
+        trial, index = divmod(path, len(self.starts) // 3 or self.paths_per_trial)
+        if not self.starts or self.resumes(path):
+            waits = not (self.starts or self.placement_service) and path > 0
+            return PathOrder(path, trial, waits=waits)
         x_m, y_m, heading_rad = self.starts[3 * index : 3 * index + 3]
         return PathOrder(path, trial, Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad))
 

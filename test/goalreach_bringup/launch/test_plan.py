@@ -16,10 +16,12 @@ from goalreach_bringup.launch.plan import (
     standalone_parameters,
 )
 from goalreach_evaluation.starts import RunSeeds
+from goalreach_learning.controller_config import MissionConfig
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters, write_parameters
+from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
 from goalreach_msgs_py.values import Pose2
 
@@ -290,6 +292,20 @@ def test_the_controller_is_told_who_places_and_who_stops_the_robot(
     changes = {'consumer': 'run_monitor', **changes}
     assert after[CONTROLLER] == {**before[CONTROLLER], **changes}
     assert external.is_placed(service) == ('starts' not in changes)
+
+
+@pytest.mark.parametrize(
+    ('external', 'service'),
+    [(ExternalNodes(names=(ROBOT,), has_reset=False), ''), (ExternalNodes(), '/put')],
+)
+def test_a_robot_that_is_not_placed_learns_in_the_trials_announced(
+    external: ExternalNodes, service: str
+) -> None:
+    planned_for = external.parameters(planned(), placement_service=service, drive=True)
+    mission = build_config(MissionConfig, planned_for[CONTROLLER])
+    orders = [mission.path_order(path) for path in range(440)]
+    trials = [order.trial for order in orders if order]
+    assert trials == [trial for trial in range(20) for _ in ARENA.starts]
 
 
 def test_a_time_until_the_robot_is_stopped_is_kept() -> None:
