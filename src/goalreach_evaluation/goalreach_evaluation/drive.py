@@ -89,6 +89,9 @@ def surroundings(sensors: SensorFrame) -> Surroundings:
 class InProcessDrive:
     """Drives path after path as the graph does in lockstep, tick for tick.
 
+    Where sensors have clocks of their own, the localizer also reads them between images, and
+    estimates the delay of the images; over topics they have the stamps of the images.
+
     Attributes:
         arena: The arena.
         noise: Errors of the sensors; the localizer expects the same.
@@ -111,17 +114,13 @@ class InProcessDrive:
 
     def __post_init__(self) -> None:
         simulator_seed, controller_seed = self.seed.spawn(2)
-        self._simulator = Simulator(
-            self.simulator or SimulatorConfig.for_arena(self.arena, self.noise),
-            np.random.default_rng(simulator_seed),
-        )
-        self._localizer = LandmarkLocalizer(
-            self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)
-        )
+        robot = self.simulator or SimulatorConfig.for_arena(self.arena, self.noise)
+        self._simulator = Simulator(robot, np.random.default_rng(simulator_seed))
+        expected = self.localizer or LocalizerConfig.for_arena(self.arena, self.noise)
+        self._localizer = LandmarkLocalizer(expected)
         self._estimator = StateEstimator(StateEstimatorConfig.for_arena(self.arena))
-        self._controller = GoalReachingController(
-            self.controller, self.policy, np.random.default_rng(controller_seed)
-        )
+        rng = np.random.default_rng(controller_seed)
+        self._controller = GoalReachingController(self.controller, self.policy, rng)
 
     @property
     def learned(self) -> Policy:

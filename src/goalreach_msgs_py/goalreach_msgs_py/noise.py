@@ -70,9 +70,7 @@ class NoiseModel(Configuration):
         0.0, 'Distance of the lens in front of the vertical axis, m', within=(-1.0, 1.0)
     )
     level_error_rad: float = parameter(
-        0.0,
-        'Lean of the base, to front and side, drawn once, rad (1 sigma)',
-        within=(0.0, 0.2),
+        0.0, 'Lean of the base, to front and side, drawn once, rad (1 sigma)', within=(0.0, 0.2)
     )
     side_slip_s: float = parameter(
         0.0,
@@ -83,13 +81,14 @@ class NoiseModel(Configuration):
     sample_rate_hz: float = parameter(
         0.0,
         'Rate of odometry and joint readings on a clock of their own, with a jitter of a quarter '
-        'of its period; images come two periods late. 0: at the stamps of the images',
+        'of its period; images come two periods late. Topics hold what lies between, at stamps of '
+        'images. 0: read at these stamps',
         within=(0.0, 1000.0),
     )
     image_delay_s: float = parameter(
         0.0,
         'How much later than the exposure the stamps of the images are, where sample_rate_hz is '
-        'set, s',
+        'set, s; over topics, which are alike in stamps, tell camera_delay_s to the localizer',
         within=(0.0, 0.5),
     )
 
