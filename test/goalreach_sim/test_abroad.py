@@ -135,3 +135,24 @@ def test_a_late_image_shows_what_was_there_before_its_stamp(late_s: float) -> No
     (now, odometry), (before, _) = (late.sampled(t) for t in (frame.time_ns, exposed_ns))
     assert (now, odometry) == (frame.joints, frame.odometry)
     assert before.turret_rad == pytest.approx(turrets_rad[exposed_ns], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('rate_hz', 'late_s'), [(100.0, 0.0), (50.0, 0.0), (10.0, 0.0), (100.0, 0.1)]
+)
+def test_sensors_of_a_robot_just_placed_are_those_of_its_place(
+    rate_hz: float, late_s: float
+) -> None:
+    one = simulator(sample_rate_hz=rate_hz, image_delay_s=late_s)
+    for number in range(10):
+        one.reset(replace(one.config.start, x_m=1.0 + number % 2))
+        place = one.robot.odometry.pose
+        for _ in range(5):
+            one.advance()
+            frame = one.sense()
+            assert one.sampled is not None
+            joints, odometry = one.sampled(frame.time_ns - round(late_s * 1e9))
+            assert frame.odometry.pose == odometry.pose == place
+            assert joints.turret_rad == pytest.approx(frame.truth_head.turret_rad)
+        one.robot.turret.go(0.5)
+        one.advance()

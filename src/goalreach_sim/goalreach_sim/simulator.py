@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from goalreach_msgs_py.alignment import (
     InputAligner,
+    Interpolation,
     Sampled,
     interpolate_head,
     interpolate_odometry,
@@ -27,6 +28,9 @@ from goalreach_sim.sensors import SensorFrame, draw_run_errors
 from goalreach_sim.simulator_config import SimulatedFaults, SimulatorConfig
 from goalreach_sim.sonar import SonarRing
 from goalreach_sim.walls import Walls
+
+_STOOD_NS = 1_000_000_000
+"""Longer than images are late: how long a robot that is placed counts as having stood there."""
 
 
 class Simulator:
@@ -46,7 +50,7 @@ class Simulator:
 
     def __init__(self, config: SimulatorConfig, rng: np.random.Generator) -> None:
         self._rng = rng
-        self.time_ns = 0
+        self.time_ns = self._now_ns = self._sampled_ns = 0
         self.period_ns = config.period_ns
         self._faults = SimulatedFaults()
         self._last_image: NDArray[np.uint8] | None = None
@@ -94,18 +98,18 @@ class Simulator:
             tags=TagPainter(lens, config, run_rng) if config.tags else None,
         )
         self._sonar = SonarRing(config, self._rng.spawn(1)[0]) if config.sonar else None
-        self._samples = self._make_samples() if config.noise.sample_rate_hz else None
+        self._sample_rng = self._rng.spawn(1)[0] if config.noise.sample_rate_hz else None
         self._camera_height_m = config.camera_height_m + errors.camera_height_m
 
-    def _make_samples(self) -> InputAligner:
-        """Return what interpolates sensors with a clock of their own, and start that clock."""
-        self._sample_rng = self._rng.spawn(1)[0]
-        self._now_ns = self._sampled_ns = self.time_ns
-        return InputAligner(
-            'image',
-            {'odometry': interpolate_odometry, 'joints': interpolate_head},
-            wait_s=math.inf,
-        )
+    def _standing_samples(self) -> InputAligner:
+        """Return what interpolates sensors with a clock of their own, of a robot just placed."""
+        sensors: dict[str, Interpolation | None]
+        sensors = {'odometry': interpolate_odometry, 'joints': interpolate_head}
+        samples = InputAligner('image', sensors, wait_s=math.inf)
+        for at_ns in (self._now_ns - _STOOD_NS, self._now_ns):
+            samples.add('odometry', at_ns, self._odometry(), 0.0)
+            samples.add('joints', at_ns, self._head_angles(0.0, 0.0), 0.0)
+        return samples
 
     def reset(self, start: Pose2) -> None:
         """Put the robot at a pose, at rest, its head straight; odometry starts there.
@@ -128,6 +132,7 @@ class Simulator:
         self._film.clear()
         if self._encoders_stood is not None:
             self._encoders_stood = self.robot.odometry.pose
+        self._samples = self._standing_samples() if self._sample_rng else None
 
     def change_noise(self, noise: NoiseModel) -> None:
         """Replace the robot by one with errors drawn from another noise model, and reset it.
@@ -135,6 +140,7 @@ class Simulator:
         Pose, clock and faults stay; the pose moves out of an obstacle that starts there.
         """
         pose = self.robot.truth.pose
+        self._now_ns = self._sampled_ns = self.time_ns
         self._build(replace(self.config, noise=noise))
         x_m, y_m = self.robot.walls.clamp(pose.x_m, pose.y_m)
         self.reset(replace(pose, x_m=x_m, y_m=y_m))
@@ -177,7 +183,7 @@ class Simulator:
 
     def advance(self) -> None:
         """Simulate one camera period."""
-        if self._samples is None:
+        if self._samples is None or self._sample_rng is None:
             self._move(self.period_ns)
             self.time_ns += self.period_ns
             return
@@ -261,10 +267,8 @@ class Simulator:
         robot, joints = self.robot, self._read_joints()
         image = self._shoot() if image is None else image
         truth, odometry = robot.truth, self._odometry()
-        sonar: tuple[float, ...] = ()
-        if self._sonar is not None:
-            base = Pose2(x_m=robot.x_m, y_m=robot.y_m, heading_rad=robot.base_yaw_rad)
-            sonar = self._sonar.read(base, robot.walls.obstacles)
+        base = Pose2(x_m=robot.x_m, y_m=robot.y_m, heading_rad=robot.base_yaw_rad)
+        sonar = self._sonar.read(base, robot.walls.obstacles) if self._sonar else ()
         bumpers, stuck = robot.bumpers, self._faults.stuck_bumper
         if stuck >= 0:
             bumpers = (*bumpers[:stuck], True, *bumpers[stuck + 1 :])

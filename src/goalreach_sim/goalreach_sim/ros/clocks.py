@@ -159,9 +159,8 @@ class RealtimeClock:
             self.tick()
         speed = self._pacer.shortfall(time.monotonic())
         if speed is not None:
-            self.node.get_logger().warning(
-                f'too slow: {speed:.3g} times real time instead of {self._pacer.speed:g}'
-            )
+            line = f'too slow: {speed:.3g} times real time instead of {self._pacer.speed:g}'
+            self.node.get_logger().warning(line)
 
 
 @dataclass(kw_only=True)
@@ -187,11 +186,9 @@ class LockstepClock:
         self._answered_ns: dict[str, int] = {}
         self._paused = False
         self._changed_s = self._ticked_s = self._named_s = time.monotonic()
+        names, on_room = self.timing.consumer_names, self._step_if_answered
         self._gate = AcknowledgementGate(
-            self.node,
-            self.timing.consumer_names,
-            period_ns=self.period_ns,
-            on_room=self._step_if_answered,
+            self.node, names, period_ns=self.period_ns, on_room=on_room
         )
         steady_timer(self.node, _POLL_S, self._on_timer)
 
