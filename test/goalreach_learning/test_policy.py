@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 
 from goalreach_learning.policy import Policy, best_actions
+from goalreach_learning.q_learning import LearningConfig
+from goalreach_learning.training import train
+from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
-from goalreach_msgs_py.regions import RegionMap
+from goalreach_msgs_py.regions import RegionMap, Rewards
 from goalreach_msgs_py.values import FloatArray
 
 
@@ -54,6 +57,19 @@ def test_tolerance_scales_with_the_discount() -> None:
         q[0, 0, :3] = 0.9, 0.9 - less, 0.9  # 45 degrees is the middle, if it counts as equal
         policy = Policy(q=q, visits=visits, regions=RegionMap(), learning=learning)
         assert policy.greedy_action((0, 0)) == action
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_the_unit_of_the_rewards_changes_no_action(seed: int) -> None:
+    policies = []
+    for unit in (1.0, 0.125):  # an eighth: every product is exact
+        rewards = Rewards(goal=unit, bump=-unit, forbidden=-unit)
+        arena = Arena(regions=RegionMap(rewards=rewards))
+        config = LearningConfig(temperature_start=unit, temperature_end=0.01 * unit)
+        policies.append(train(arena, config, rng=np.random.default_rng(seed)).policy)
+    ones, eighths = policies
+    assert (eighths.q == 0.125 * ones.q).all()
+    assert eighths.actions == ones.actions
 
 
 def test_a_table_alone_is_a_policy_where_it_fits() -> None:

@@ -17,8 +17,8 @@ from goalreach_msgs_py.values import FloatArray, Region
 
 _DECIMALS = 9
 _TIE_FRACTION = 0.2
-"""Of 1 - gamma, the relative loss of value per action on the way to the goal: up to this, two
-Q-values count as equal. Chosen, well below the difference of a detour by one action."""
+"""Of 1 - gamma, the relative loss of value per action on the way to the goal: up to this, times
+the goal's reward, two Q-values count as equal. Chosen, well below a detour by one action."""
 _DEFAULT_GAMMA = 0.9
 
 
@@ -122,7 +122,8 @@ class Policy:
     @cached_property
     def actions(self) -> tuple[tuple[int | None, ...], ...]:
         """The greedy action [x][y] of every region; None for the goal and where none was tried."""
-        tolerance = _TIE_FRACTION * (1.0 - float(self.learning.get('gamma', _DEFAULT_GAMMA)))
+        loss = 1.0 - float(self.learning.get('gamma', _DEFAULT_GAMMA))
+        tolerance = _TIE_FRACTION * loss * self.regions.rewards.goal
         best = best_actions(self.q, self.visits, tolerance)
         best[self.regions.goal] = -1
         return tuple(tuple(None if k < 0 else k for k in column) for column in best.tolist())

@@ -125,9 +125,8 @@ class LearningPhase:
             after = before._replace(region=end.region, x_m=end.x_m, y_m=end.y_m)
             touched_rad = environment.touched_rad(end.x_m, end.y_m) if end.bumped else ()
             reward = regions.rewards.of(outcome)
-            self.agent.learner.update(
-                Experience(before, action, reward, after, outcome, touched_rad)
-            )
+            learned = Experience(before, action, reward, after, outcome, touched_rad)
+            self.agent.learner.update(learned)
             if outcome is not None:
                 return outcome, count, length_m
             before = after
