@@ -132,7 +132,7 @@ class Track(NamedTuple):
 
 
 def crisp_track(arena: Arena, policy: Policy, start: Pose2) -> Track:
-    """Return the path of the greedy actions from a point, as in the paper's Fig. 3."""
+    """Return the path of the greedy actions, as in the paper's Fig. 3; it ignores obstacles."""
     environment = OptionEnvironment(arena)
     x_m, y_m = start.x_m, start.y_m
     region, ends = policy.regions.region_at(x_m, y_m), policy.regions.ends
@@ -148,7 +148,7 @@ def crisp_track(arena: Arena, policy: Policy, start: Pose2) -> Track:
 
 
 def greedy_successes(arena: Arena, policy: Policy) -> tuple[bool, ...]:
-    """Return, for each start of the arena, whether the greedy actions lead to the goal."""
+    """Return, for each start, whether the greedy actions lead to the goal without obstacles."""
     tracks = (crisp_track(arena, policy, start) for start in arena.starts)
     return tuple(track.outcome is PathOutcome.GOAL for track in tracks)
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+import math
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -16,8 +18,10 @@ from goalreach_evaluation.figures.paper_figures import (
 )
 from goalreach_learning.policy import Policy
 from goalreach_learning.training import train
+from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import FileFormatError
+from goalreach_msgs_py.obstacles import Obstacle
 from goalreach_msgs_py.regions import RegionMap
 
 ARENA = Arena()
@@ -71,6 +75,36 @@ def test_driven_paths_mark_failures() -> None:
     found = texts(path_figure(ARENA, paths, 'fuzzy'))
     assert 'goal reached: 1 of 2' in found
     assert 'goal not reached' in found
+
+
+def test_a_forbidden_region_is_named_so() -> None:
+    regions = replace(ARENA.regions, forbidden=((0, 2),))
+    found = texts(optimal_actions(ARENA, Policy.unlearned(regions)))
+    assert (found.count('forbidden'), found.count('not learned')) == (1, 7)
+
+
+def test_obstacles_are_drawn_and_the_straight_paths_say_that_they_ignore_them(
+    policy: Policy,
+) -> None:
+    post = Obstacle(x_m=1.0, y_m=2.0, radius_m=0.2)
+    box = Obstacle(x_m=2.0, y_m=2.5, length_m=0.8, width_m=0.2, heading_rad=0.3, height_m=0.8)
+    arena = replace(ARENA, obstacles=(post, box))
+    crisp, blended = crisp_paths(arena, policy), blended_paths(arena, policy)
+    for figure in (crisp, blended):
+        assert 'obstacle' in texts(figure)
+        axes = figure.axes[0]
+        there = axes.patches[-2:]
+        for obstacle, patch in zip((post, box), there, strict=True):
+            for turn in np.linspace(0.1, 6.2, 12):
+                for reach_m in (0.08, 0.15, 0.3):
+                    x_m = obstacle.x_m + reach_m * math.cos(turn)
+                    y_m = obstacle.y_m + reach_m * math.sin(turn)
+                    depth_m = -obstacle.contact(x_m, y_m)[0]
+                    x_px, y_px = axes.transData.transform((x_m / INCH_M, y_m / INCH_M))
+                    inside = patch.contains_point((x_px, y_px), radius=0.0)
+                    assert abs(depth_m) < 1e-3 or inside == (depth_m > 0.0)
+    titles = [figure.axes[0].get_title() for figure in (crisp, blended)]
+    assert ['obstacles ignored' in title for title in titles] == [True, False]
 
 
 def test_transition_areas_are_named() -> None:

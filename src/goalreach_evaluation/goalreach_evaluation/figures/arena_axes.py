@@ -1,12 +1,13 @@
 """Axes of the arena, in inches as in the paper and in metres."""
 
+import math
 from typing import Any, Final
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Circle, Patch, Rectangle
 from matplotlib.ticker import MultipleLocator
 
 from goalreach_msgs_py.angles import INCH_M
@@ -29,6 +30,7 @@ _TAG: dict[str, Any] = {'color': BLUE, 'linewidth': 5, 'solid_capstyle': 'butt'}
 _LED: dict[str, Any] = {
     'marker': 'D', 'color': ORANGE, 'markeredgecolor': BLACK, 'markersize': 6, 'linestyle': '',
 }  # fmt: skip
+_OBSTACLE: dict[str, Any] = {'facecolor': GREY, 'linewidth': 0}
 _GOAL: dict[str, Any] = {'facecolor': GREEN, 'alpha': 0.22, 'linewidth': 0}
 
 
@@ -38,9 +40,9 @@ def to_inches(length_m: float) -> float:
 
 
 def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Figure, Axes]:
-    """Return a figure with walls, regions, goal and LEDs of an arena, seen from above.
+    """Return a figure with walls, regions, goal, LEDs and obstacles of an arena, from above.
 
-    The goal wall (y = 0) is at the bottom.
+    The goal wall (y = 0) is at the bottom; moving obstacles are at the start of their tracks.
     """
     figure = Figure(figsize=_SIZE_IN, layout='constrained')
     axes = figure.add_subplot()
@@ -54,15 +56,20 @@ def arena_figure(arena: Arena, title: str, *, borders: bool = True) -> tuple[Fig
     add_metre_axes(axes)
     x_low, y_low, x_high, y_high = map(to_inches, arena.regions.bounds(arena.regions.goal))
     axes.add_patch(Rectangle((x_low, y_low), x_high - x_low, y_high - y_low, **_GOAL))
-    axes.add_patch(
-        Rectangle((0, 0), width, length, fill=False, edgecolor=BLACK, linewidth=2.2, zorder=6)
-    )
+    walls: dict[str, Any] = {'edgecolor': BLACK, 'linewidth': 2.2, 'zorder': 6}
+    axes.add_patch(Rectangle((0, 0), width, length, fill=False, **walls))
     for x, y, _ in arena.landmarks_m:
         axes.plot(to_inches(x), to_inches(y), zorder=7, **_LED)
     for tag in arena.tags:
         ends_in = tag.corners_m[:2, :2] / INCH_M
         axes.plot(*ends_in.T, zorder=7, **_TAG)
         axes.annotate(str(tag.id), ends_in.mean(axis=0), xytext=(6, 6), textcoords='offset points')
+    for one in arena.obstacles:
+        (x, y), radius = (to_inches(one.x_m), to_inches(one.y_m)), to_inches(one.radius_m)
+        length, width = to_inches(one.length_m), to_inches(one.width_m)
+        turn: dict[str, Any] = {'angle': math.degrees(one.heading_rad), 'rotation_point': 'center'}
+        box = Rectangle((x - length / 2, y - width / 2), length, width, **turn, **_OBSTACLE)
+        axes.add_patch(Circle((x, y), radius, **_OBSTACLE) if radius else box)
     if borders:
         _draw_borders(axes, arena)
     return figure, axes
@@ -87,6 +94,7 @@ def add_legend(axes: Axes, arena: Arena, *handles: Artist) -> None:
     always: list[Artist] = [Patch(label='goal region', **_GOAL)]
     always += [Line2D([], [], label='LED', **_LED)] if arena.landmarks_m else []
     always += [Line2D([], [], label='tag', **_TAG)] if arena.tags else []
+    always += [Patch(label='obstacle', **_OBSTACLE)] if arena.obstacles else []
     place = {'loc': 'upper center', 'bbox_to_anchor': (0.5, -0.085)}
     axes.legend(handles=[*handles, *always], ncols=3, fontsize=8, frameon=False, **place)
 
@@ -113,5 +121,5 @@ def draw_region_names(axes: Axes, arena: Arena, *, size: float) -> None:
     for region in arena.regions.cells:
         goal = '\ngoal' if region == arena.regions.goal else ''
         text = arena.regions.name(region).replace('/', '\n') + goal
-        place = region_centre_in(arena, region)
-        axes.text(*place, text, ha='center', va='center', fontsize=size, zorder=5)
+        x, y = region_centre_in(arena, region)
+        axes.text(x, y, text, ha='center', va='center', fontsize=size, zorder=5)

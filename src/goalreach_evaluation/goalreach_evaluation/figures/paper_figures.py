@@ -83,10 +83,8 @@ def transition_areas(arena: Arena) -> Figure:
     """Return Fig. 4, "State Space with transition areas"."""
     figure, axes = arena_figure(arena, 'State space with transition areas')
     width, length = to_inches(arena.width_m), to_inches(arena.length_m)
-    x_knots, y_knots = (
-        [to_inches(knot) for knot in knots[1:-1]]
-        for knots in (arena.regions.x_knots_m, arena.regions.y_knots_m)
-    )
+    x_knots = [to_inches(knot) for knot in arena.regions.x_knots_m[1:-1]]
+    y_knots = [to_inches(knot) for knot in arena.regions.y_knots_m[1:-1]]
     style: dict[str, Any] = {'facecolor': SKY, 'alpha': 0.45, 'edgecolor': 'none', 'zorder': 2}
     for low, high in zip(x_knots[::2], x_knots[1::2], strict=True):
         axes.add_patch(Rectangle((low, 0), high - low, length, **style))
@@ -129,29 +127,27 @@ def _draw_sets(axes: Axes, name: str, knots_m: tuple[float, ...], labels: tuple[
 def optimal_actions(arena: Arena, policy: Policy) -> Figure:
     """Return Fig. 2, "Optimal actions learned": one arrow per region."""
     figure, axes = arena_figure(arena, 'Optimal actions learned')
+    count, ends = policy.regions.actions, policy.regions.ends
     for region in arena.regions.cells:
         action = policy.greedy_action(region)
         x, y = region_centre_in(arena, region)
         if action is None:
-            text = _GOAL if region == policy.regions.goal else 'not learned'
+            text = ends[region].value if region in ends else 'not learned'
             axes.text(x, y, text, ha='center', va='center', fontsize=11)
             continue
-        dx, dy = (
-            _ARROW_IN / 2 * part for part in action_directions(policy.regions.actions)[action]
-        )
+        dx, dy = (_ARROW_IN / 2 * part for part in action_directions(count)[action])
         style = {'arrowstyle': '-|>', 'color': BLUE, 'linewidth': 2.6, 'mutation_scale': 20}
         axes.annotate('', (x + dx, y + dy), (x - dx, y - dy), arrowprops=style)
-        axes.text(
-            x, y + 23, f'{360.0 / policy.regions.actions * action:g}°', ha='center', fontsize=9
-        )
+        axes.text(x, y + 23, f'{360.0 / count * action:g}°', ha='center', fontsize=9)
     add_legend(axes, arena)
     return figure
 
 
 def crisp_paths(arena: Arena, policy: Policy) -> Figure:
-    """Return Fig. 3, "Simulated paths": one optimal action after another."""
+    """Return Fig. 3, "Simulated paths": one optimal action after another, through obstacles."""
     tracks = [crisp_track(arena, policy, start) for start in arena.starts]
-    return _kinematic_paths(arena, tracks, 'Paths of the optimal actions (crisp, kinematic)')
+    kind = 'crisp, obstacles ignored' if arena.obstacles else 'crisp, kinematic'
+    return _kinematic_paths(arena, tracks, f'Paths of the optimal actions ({kind})')
 
 
 def blended_paths(arena: Arena, policy: Policy) -> Figure:
@@ -173,11 +169,9 @@ def path_figure(arena: Arena, paths: Sequence[RecordedPath], title: str) -> Figu
     for points_m, outcome in paths:
         points = np.asarray(points_m) / INCH_M
         reached = outcome == _GOAL
-        color = BLUE if reached else VERMILION
-        line = '-' if reached else '--'
+        color, line, mark = (BLUE, '-', '.') if reached else (VERMILION, '--', 'X')
         axes.plot(points[:, 0], points[:, 1], line, color=color, linewidth=1.4, zorder=4)
         axes.plot(*points[0], 'o', color=BLACK, ms=4, zorder=5)
-        mark = '.' if reached else 'X'
         axes.plot(*points[-1], mark, color=color, ms=7, zorder=5)
     goals = sum(outcome == _GOAL for _, outcome in paths)
     goal = f'goal reached: {goals} of {len(paths)}'
