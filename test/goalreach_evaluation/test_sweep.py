@@ -109,3 +109,11 @@ def test_bad_options_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[s
     error = capsys.readouterr().err
     assert '--seeds = 0' in error
     assert 'loud: is no preset' in error
+
+
+@pytest.mark.parametrize('address', ['nonsense', 'nonsense://127.0.0.1:1'])
+def test_what_is_no_address_of_a_scheduler_is_named(address: str) -> None:
+    pytest.importorskip('distributed')
+    said = pytest.raises(GoalreachError, match=f'^{address}: does not answer: ')
+    with said, dask_workers(1, address):
+        pass

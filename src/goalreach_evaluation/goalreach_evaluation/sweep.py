@@ -195,8 +195,8 @@ def dask_workers(jobs: int, address: str | None = None) -> Iterator[Executor]:
             client = distributed.Client(
                 n_workers=jobs, threads_per_worker=1, host='127.0.0.1', dashboard_address=None
             )
-    except OSError as error:
-        raise GoalreachError(f'{address}: does not answer: {error}') from None
+    except (OSError, ValueError) as error:  # the latter: no address, such as one without a port
+        raise GoalreachError(f'{address or "dask"}: does not answer: {error}') from None
     with client, client.get_executor(pure=False, retries=2) as executor:
         yield executor
 
