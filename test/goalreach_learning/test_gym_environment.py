@@ -134,3 +134,11 @@ def test_the_same_learner_learns_on_it() -> None:
 def test_a_start_that_is_no_place_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="start = 'left'"):
         GoalReachEnv().reset(options={'start': 'left'})
+
+
+def test_no_start_is_shifted_into_the_goal() -> None:
+    env = GoalReachEnv(start_jitter_m=0.5)
+    env.reset(seed=0)
+    begun = [env.reset()[1] for _ in range(500)]
+    assert 'FRONT/NEAR' not in {info['region'] for info in begun}
+    assert len({info['x_m'] for info in begun}) > 300

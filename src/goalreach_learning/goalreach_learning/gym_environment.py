@@ -67,7 +67,7 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
     * `observation`: one of `'region'`, `'memberships'`, `'pose'`.
     * `arena`: an `Arena`; the paper's by default.
     * `overshoot_m`: distance driven past a border before an option ends, metres; 0 by default.
-    * `start_jitter_m`: largest random shift of starts along x and y, metres; 0 by default.
+    * `start_jitter_m`: largest shift of starts along x and y, not into the goal, metres; or 0.
 
     ```python
     import gymnasium
@@ -123,14 +123,14 @@ class GoalReachEnv(gymnasium.Env[Any, np.int64]):
 
     def _point(self, start: object) -> tuple[float, float]:
         """Return the point of a start given by index or position."""
-        starts = self._arena.starts
+        starts, regions = self._arena.starts, self._arena.regions
         if isinstance(start, (int, np.integer)):
             if not 0 <= start < len(starts):
                 raise ConfigurationError('start', start, f'an index below {len(starts)}')
-            jitter = self.np_random.uniform(-self._jitter_m, self._jitter_m, 2)
-            x_m, y_m = starts[int(start)].x_m + jitter[0], starts[int(start)].y_m + jitter[1]
-            return self._environment.clamp(float(x_m), float(y_m))
-        regions = self._arena.regions
+            one, jitter_m = starts[int(start)], self._jitter_m
+            dx_m, dy_m = self.np_random.uniform(-jitter_m, jitter_m, 2).tolist()
+            at_m = self._environment.clamp(one.x_m + dx_m, one.y_m + dy_m)
+            return (one.x_m, one.y_m) if regions.region_at(*at_m) in regions.ends else at_m
         try:
             point = np.asarray(start, dtype=np.float64)
         except (TypeError, ValueError):
