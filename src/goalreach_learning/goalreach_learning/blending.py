@@ -81,9 +81,9 @@ def _equation_3_weights(
 ) -> list[tuple[Region, float]]:
     """Return the weights of equation (3): the dominant cell and a neighbour along x and along y.
 
-    a_i and a_(i+1) are the actions of adjacent columns in the dominant row j; a_j and a_(j+1)
-    those of adjacent rows in the dominant column i: the dominant cell votes twice. Of equal
-    memberships the larger index dominates, as in `region_at`.
+    In which row or column actions are taken the paper leaves open. Here a_i and a_(i+1) are of
+    adjacent columns in the dominant row, a_j and a_(j+1) of adjacent rows in the dominant column:
+    the dominant cell votes twice. Of equal memberships the larger index dominates (`region_at`).
     """
     i, j = (max(range(len(mu)), key=lambda k: (mu[k], k)) for mu in (mu_x, mu_y))
     along_x = [((column, j), mu_x[column]) for column in _positive(mu_x)]

@@ -21,7 +21,7 @@ class LearningConfig(Configuration):
     """
 
     alpha: float = parameter(
-        0.3, 'Learning rate of equation (1); chosen, the paper gives none', within=(0.0, 1.0)
+        0.3, 'Learning rate of equation (1), there below 1; chosen, it has none', within=(0.0, 1.0)
     )
     gamma: float = parameter(
         0.9, 'Discount factor of equation (1); chosen, the paper gives none', within=(0.0, 0.999)

@@ -209,7 +209,7 @@ class TimeConfig(Configuration):
         within=(0, 2 * 10**18),
     )
     answer_timeout_s: float = parameter(
-        5.0, 'Wall seconds after which a silent node is reported in lockstep', within=(0.1, 3600.0)
+        5.0, 'Wall seconds after which a node that is awaited is reported', within=(0.1, 3600.0)
     )
     consumers: str = parameter(
         '',
@@ -237,7 +237,7 @@ class SimulatedFaults(Configuration):
         (), 'Position of a false light: x, y, z in map, m; empty: none', within=(-100.0, 100.0)
     )
     camera_frozen: bool = parameter(False, 'Whether the camera repeats its last image')
-    odometry_frozen: bool = parameter(False, 'Whether the wheel encoders are frozen')
+    odometry_frozen: bool = parameter(False, 'Whether the pose of the odometry is frozen')
     stuck_bumper: int = parameter(
         -1, 'Number of a bumper that stays pressed, or -1', within=(-1, BUMPER_COUNT - 1)
     )

@@ -1,1 +1,1 @@
-"""Services and waits of the `goal_reaching_controller` node."""
+"""Services, waits and messages of the `goal_reaching_controller` node."""
