@@ -81,5 +81,8 @@ def test_a_path_without_ticks_is_of_no_length() -> None:
     assert (result.duration_s, result.length_m, result.trace) == (0.0, 0.0, ())
 
 
-def test_no_errors_are_zero() -> None:
-    assert error_statistics([]) == {'rms': 0.0, 'p95': 0.0, 'max': 0.0}
+def test_a_path_without_a_confident_estimate_has_no_error() -> None:
+    assert error_statistics([]) == {}
+    ticks = [tick(index, pose(1, 1), None, None) for index in range(3)]
+    result = measure_path(pose(1, 1), ticks, PathOutcome.TIMEOUT, in_goal=False)
+    assert (result.pose_error_m, result.heading_error_rad) == ({}, {})

@@ -38,6 +38,13 @@ def test_no_path_has_no_mean() -> None:
     assert PathTally().mean('duration_s') == 0.0
 
 
+def test_a_path_without_an_error_is_not_in_the_mean_of_errors() -> None:
+    lost = replace(path('timeout', 60.0, 0.0), pose_error_m={}, heading_error_rad={})
+    tally = PathTally.of([lost, path('goal', 10.0, 0.02)])
+    means = [tally.mean(name) for name in ('pose_error_m', 'heading_error_rad', 'duration_s')]
+    assert means == pytest.approx([0.02, 0.005, 35.0])
+
+
 def test_a_path_without_truth_is_not_judged() -> None:
     timeout = replace(path('timeout', 60.0, 0.0), pose_error_m={}, heading_error_rad={})
     assert PathTally.of([timeout]).judged == 0

@@ -111,7 +111,8 @@ def outcome_table(driven: Conditions) -> str:
         if not paths:
             continue
         counts = [sum(path.outcome == outcome for path in paths) for outcome in OUTCOMES]
-        error_in = statistics.fmean(path.error_rms_m for path in paths) / INCH_M
+        errors_m = [path.error_rms_m for path in paths if path.error_rms_m is not None]
+        error_in = statistics.fmean(errors_m or [math.nan]) / INCH_M
         rows.append(
             (
                 noise,

@@ -89,7 +89,7 @@ class DrivenPath:
         turning_deg: Total turning.
         step_deg: Largest change of the commanded heading in a control step, once under way.
         shortest_m: Length of the shortest path into the goal.
-        error_rms_m: Error of the estimated position.
+        error_rms_m: Error of the estimated position; None where there was no confident estimate.
     """
 
     outcome: str
@@ -98,7 +98,7 @@ class DrivenPath:
     turning_deg: float
     step_deg: float
     shortest_m: float
-    error_rms_m: float
+    error_rms_m: float | None
 
     @classmethod
     def of(cls, path: PathResult, regions: RegionMap) -> 'DrivenPath':
@@ -110,7 +110,7 @@ class DrivenPath:
             turning_deg=round(math.degrees(path.turning_rad), 3),
             step_deg=round(math.degrees(path.max_heading_step_rad), 3),
             shortest_m=round(distance_to_goal(path.start, regions), 4),
-            error_rms_m=round(path.pose_error_m['rms'], 5),
+            error_rms_m=round(path.pose_error_m['rms'], 5) if path.pose_error_m else None,
         )
 
 

@@ -40,7 +40,7 @@ class PathResult:
             the landmarks and turns to its first heading; the command may change as the first
             estimate converges, without moving anything.
         pose_error_m: rms, p95 and max of the position error while the state's confidence was OK;
-            empty without a truth.
+            empty without such a state or a truth.
         heading_error_rad: The same of the heading error.
         trace: True positions (x, y) along the path, metres.
     """
@@ -62,8 +62,10 @@ class PathResult:
 
 
 def error_statistics(errors: Sequence[float]) -> dict[str, float]:
-    """Return rms, p95 and max of absolute errors; zeros if there are no errors."""
-    values = np.abs(np.asarray(errors or [0.0]))
+    """Return rms, p95 and max of absolute errors; nothing if there are no errors."""
+    if not errors:
+        return {}
+    values = np.abs(np.asarray(errors))
     return {
         'rms': float(np.sqrt(np.mean(values**2))),
         'p95': float(np.percentile(values, 95)),
@@ -98,11 +100,7 @@ def measure_path(
     """
     truths = [tick.truth for tick in ticks]
     moves = list(itertools.pairwise(truths))
-    estimates = [(tick.estimate, tick.truth) for tick in ticks if tick.estimate is not None]
-    statistics = [
-        {} if in_goal is None else error_statistics([error(*pair) for pair in estimates])
-        for error in (_distance_m, _turn_rad)
-    ]
+    pairs = [(t.estimate, t.truth) for t in ticks if t.estimate and in_goal is not None]
     traced = (*truths[::_TRACE_TICKS], *truths[-1:])
     judged = outcome.value
     if outcome is PathOutcome.GOAL and not in_goal:
@@ -114,8 +112,8 @@ def measure_path(
         length_m=math.fsum(_distance_m(*move) for move in moves),
         turning_rad=math.fsum(abs(_turn_rad(*move)) for move in moves),
         max_heading_step_rad=_largest_step_rad(start, ticks),
-        pose_error_m=statistics[0],
-        heading_error_rad=statistics[1],
+        pose_error_m=error_statistics([_distance_m(*pair) for pair in pairs]),
+        heading_error_rad=error_statistics([_turn_rad(*pair) for pair in pairs]),
         trace=tuple((round(at.x_m, 4), round(at.y_m, 4)) for at in traced),
     )
 
@@ -186,8 +184,9 @@ class PathTally:
             self.worst[name] = max(self.worst[name], value)
 
     def mean(self, name: str) -> float:
-        """Return the mean of one of the measures over the paths; 0 if there are none."""
-        return self.total[name] / self.paths if self.paths else 0.0
+        """Return the mean of a measure over the paths that have it; 0 if there are none."""
+        count = self.judged if name.endswith(('_error_m', '_error_rad')) else self.paths
+        return self.total[name] / count if count else 0.0
 
 
 _Z95 = 1.959964

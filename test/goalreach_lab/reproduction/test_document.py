@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from goalreach_lab.reproduction.document import (
@@ -35,6 +37,10 @@ def test_tables_by_hand() -> None:
     paths = {('nominal', 'fuzzy', 'random'): [driven()] * 9 + [driven('bump')]}
     text = outcome_table(paths)
     assert '| 10 | 90.00 % [59.58, 98.21] | 1 | 0 | 0 | 0.0254 m (1.00 in) |' in text
+    lost = {
+        ('nominal', 'fuzzy', 'random'): [driven(), replace(driven('timeout'), error_rms_m=None)]
+    }
+    assert '0.0254 m (1.00 in)' in outcome_table(lost)
     line = mode_table(paths).splitlines()[-1]
     assert line == '| fuzzy | 9 | 10 ± 0 | 90 ± 0 | 3 ± 0 | 1.5 ± 0 | 2.0 | 2.0 |'
     compared = learned_table([driven()] * 4, [driven(duration_s=9.0)] * 4)
