@@ -9,7 +9,12 @@ from scipy.stats import norm, sem
 
 from goalreach_evaluation.path_metrics import wilson_interval
 from goalreach_lab.report import bench_table, machine
-from goalreach_lab.reproduction.driving_study import OUTCOMES, DrivenPath, to_goal
+from goalreach_lab.reproduction.driving_study import (
+    OUTCOMES,
+    DrivenPath,
+    from_same_starts,
+    to_goal,
+)
 from goalreach_lab.reproduction.learning import SETTLED, SUCCESS, VALUES
 from goalreach_lab.row import BenchRow
 from goalreach_lab.template import table
@@ -133,13 +138,13 @@ def mode_table(driven: Conditions) -> str:
     modes = [mode for noise, mode, _ in driven if noise == 'nominal']
     modes = list(dict.fromkeys(modes))
     kinds = list(dict.fromkeys(kind for noise, _, kind in driven if noise == 'nominal'))
-    least = {
-        kind: min(len(driven.get(('nominal', mode, kind), ())) for mode in modes) for kind in kinds
-    }
+    same = [
+        from_same_starts([driven.get(('nominal', mode, kind), ()) for mode in modes])
+        for kind in kinds
+    ]
     rows = []
-    for mode in modes:
-        paths = [path for kind in kinds for path in driven['nominal', mode, kind][: least[kind]]]
-        good = to_goal(paths)
+    for number, mode in enumerate(modes):
+        good = to_goal([path for kind in same for path in kind[number]])
         if not good:
             continue
         cells = [
@@ -148,7 +153,7 @@ def mode_table(driven: Conditions) -> str:
             mean_interval([path.length_m for path in good]),
             mean_interval([path.length_m / path.shortest_m for path in good]),
         ]
-        steps = sorted(path.step_deg for path in paths)
+        steps = sorted(path.step_deg for path in good)
         rows.append(
             (
                 mode,
@@ -197,13 +202,13 @@ def learned_table(without: Sequence[DrivenPath], images: Sequence[DrivenPath]) -
 
     Args:
         without: Paths of the policies learned without noise.
-        images: Paths of the policies learned with images, from the same starts.
+        images: Paths of the policies learned with images, from the same starts in the same order.
     """
     n, m = len(without), len(images)
     good, seen = len(to_goal(without)), len(to_goal(images))
     change, low, high = difference_of_shares((seen, m), (good, n))
     pairs = [
-        (a, b) for a, b in zip(without, images, strict=False) if a.outcome == b.outcome == 'goal'
+        (a, b) for a, b in zip(without, images, strict=True) if a.outcome == b.outcome == 'goal'
     ]
     rows: list[tuple[str, str, str, str]] = [
         (

@@ -83,6 +83,7 @@ class DrivenPath:
     """The measures of a path.
 
     Attributes:
+        number: Which of the starts of its condition it began at.
         outcome: One of `OUTCOMES`.
         duration_s: Duration.
         length_m: Length.
@@ -92,6 +93,7 @@ class DrivenPath:
         error_rms_m: Error of the estimated position; None where there was no confident estimate.
     """
 
+    number: int
     outcome: str
     duration_s: float
     length_m: float
@@ -101,9 +103,10 @@ class DrivenPath:
     error_rms_m: float | None
 
     @classmethod
-    def of(cls, path: PathResult, regions: RegionMap) -> 'DrivenPath':
+    def of(cls, path: PathResult, regions: RegionMap, number: int) -> 'DrivenPath':
         """Return the measures of a driven path."""
         return cls(
+            number=number,
             outcome=path.outcome,
             duration_s=round(path.duration_s, 3),
             length_m=round(path.length_m, 4),
@@ -133,6 +136,12 @@ def to_goal(paths: Sequence[DrivenPath]) -> list[DrivenPath]:
     return [path for path in paths if path.outcome == 'goal']
 
 
+def from_same_starts(conditions: Sequence[Sequence[DrivenPath]]) -> list[list[DrivenPath]]:
+    """Return, of each condition, the paths from those starts that are driven in all of them."""
+    common = set.intersection(*({path.number for path in paths} for paths in conditions))
+    return [[path for path in paths if path.number in common] for paths in conditions]
+
+
 def driving_study(conditions: Sequence[Condition], *, name: str, seed: int, jobs: int) -> Study:
     """Return the study of the paths of conditions; its findings are the paths by condition.
 
@@ -160,14 +169,17 @@ def driving_study(conditions: Sequence[Condition], *, name: str, seed: int, jobs
 def _drive(case: Case, *, conditions: Mapping[str, Condition]) -> Result:
     condition = conditions[case['condition']]
     session = drive_session(condition.plan(), case['session'])
-    regions = condition.arena.regions
-    return {'driven': [asdict(DrivenPath.of(path, regions)) for path in session.paths]}
+    paths = enumerate(session.paths, start=case['session'] * SESSION_PATHS)
+    return {
+        'driven': [asdict(DrivenPath.of(path, condition.arena.regions, n)) for n, path in paths]
+    }
 
 
 def _analyse(results: Sequence[Result], *, names: Sequence[str]) -> dict[str, list[DrivenPath]]:
     paths: dict[str, list[DrivenPath]] = {name: [] for name in names}
     for result in results:
-        paths[result['condition']] += [DrivenPath(**one) for one in result['driven']]
+        driven = enumerate(result['driven'], start=result['session'] * SESSION_PATHS)
+        paths[result['condition']] += [DrivenPath(**{'number': n, **one}) for n, one in driven]
     return paths
 
 

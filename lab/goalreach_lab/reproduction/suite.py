@@ -114,7 +114,11 @@ def _drive(
 def _compare_policies(options: Options) -> dict[str, object]:
     """Return the placeholders of the policies learned with images, and without."""
     from goalreach_lab.reproduction.document import learned_table
-    from goalreach_lab.reproduction.driving_study import image_learning_study, policy_conditions
+    from goalreach_lab.reproduction.driving_study import (
+        from_same_starts,
+        image_learning_study,
+        policy_conditions,
+    )
 
     policies = _find(
         options,
@@ -127,12 +131,11 @@ def _compare_policies(options: Options) -> dict[str, object]:
     )
     conditions = policy_conditions(policies or {}, options.policy_paths)
     paths = _paths(options, f'policies-{options.image_trials}', conditions)
-    without, images = (
-        [path for one in conditions if kind in one.name for path in paths[one.name]]
-        for kind in ('without noise', 'with images')
-    )
+    driven = [paths[one.name] for one in conditions]
+    pairs = [from_same_starts(pair) for pair in zip(driven[::2], driven[1::2], strict=True)]
+    without, images = ([path for pair in pairs for path in pair[k]] for k in (0, 1))
     return {
-        'learned': learned_table(without, images) if without and images else None,
+        'learned': learned_table(without, images) if without else None,
         'policies': len(policies or {}),
         'image_trials': options.image_trials,
     }

@@ -10,16 +10,19 @@ from goalreach_lab.reproduction.document import (
     mode_table,
     outcome_table,
 )
-from goalreach_lab.reproduction.driving_study import DrivenPath
+from goalreach_lab.reproduction.driving_study import DrivenPath, from_same_starts
 
 
-def driven(outcome: str = 'goal', duration_s: float = 10.0) -> DrivenPath:
+def driven(
+    outcome: str = 'goal', duration_s: float = 10.0, *, number: int = 0, step_deg: float = 2.0
+) -> DrivenPath:
     return DrivenPath(
+        number=number,
         outcome=outcome,
         duration_s=duration_s,
         length_m=3.0,
         turning_deg=90.0,
-        step_deg=2.0,
+        step_deg=step_deg,
         shortest_m=2.0,
         error_rms_m=0.0254,
     )
@@ -48,3 +51,23 @@ def test_tables_by_hand() -> None:
     values = driving_values(paths)
     assert values['nominal'] == '90.00 % [59.58, 98.21] of 10 paths'
     assert values['harsh'] == 'not measured of 0 paths'
+
+
+def test_modes_are_compared_on_the_starts_that_all_have_driven() -> None:
+    first = [driven(number=number, duration_s=10.0 + number) for number in range(4)]
+    second = [path for path in first if path.number != 1]
+    assert [[path.number for path in some] for some in from_same_starts([first, second])] == [
+        [0, 2, 3],
+        [0, 2, 3],
+    ]
+    text = mode_table(
+        {('nominal', 'fuzzy', 'random'): first, ('nominal', 'crisp', 'random'): second}
+    )
+    fuzzy, crisp = (line.split('|')[2:] for line in text.splitlines()[2:])
+    assert fuzzy == crisp
+
+
+def test_heading_steps_are_those_of_the_paths_to_the_goal() -> None:
+    paths = [driven(), driven('timeout', number=1, step_deg=164.4)]
+    line = mode_table({('nominal', 'fuzzy', 'random'): paths}).splitlines()[-1]
+    assert line.endswith('| 2.0 | 2.0 |')
