@@ -22,7 +22,6 @@ SUITES: Final[Mapping[str, str]] = {
     'abroad': 'abroad.suite',
     'faults': 'faults.suite',
     'fuzz': 'fuzz.suite',
-    'learning': 'reproduction.learning',
     'learners': 'learners.suite',
     'learning-peers': 'speed.learning_peers',
     'localization': 'localization.suite',

@@ -104,31 +104,30 @@ class Injector:
         self._last(kind)
         self._graph.gates.set(kind.target)
 
-    def _parameter(self, kind: FaultKind) -> None:
-        self._set(kind.target, value=True)
+    def _while_set(self, kind: FaultKind, name: str, value: object, normal: object) -> None:
+        """Set a parameter of the robot while a fault lasts."""
+        array = _ARRAY if isinstance(value, list) else None
+        self._set(name, array, value)
         self._last(kind)
-        self._set(kind.target, value=False)
+        self._set(name, array, normal)
+
+    def _parameter(self, kind: FaultKind) -> None:
+        self._while_set(kind, kind.target, value=True, normal=False)
 
     def _dark(self, kind: FaultKind) -> None:
         every = range(len(DEFAULT_LANDMARKS_M))
         dark = every if kind.amount > 1 else [self._rng.choice(self._seen or every)]
-        self._set('faults.dark_leds', _ARRAY, [float(number) for number in dark])
-        self._last(kind)
-        self._set('faults.dark_leds', _ARRAY, [])
+        self._while_set(kind, 'faults.dark_leds', [float(number) for number in dark], [])
 
     def _light(self, kind: FaultKind) -> None:
         """Turn on a further light between the LEDs that are seen."""
         seen = [DEFAULT_LANDMARKS_M[led] for led in self._seen] or DEFAULT_LANDMARKS_M
         x_m, y_m, z_m = np.mean(seen, axis=0).tolist()
         across_m, up_m = self._rng.uniform(-0.15, 0.15, size=2).tolist()
-        self._set('faults.extra_light_m', _ARRAY, [x_m + across_m, y_m, z_m + up_m])
-        self._last(kind)
-        self._set('faults.extra_light_m', _ARRAY, [])
+        self._while_set(kind, 'faults.extra_light_m', [x_m + across_m, y_m, z_m + up_m], [])
 
     def _bumper(self, kind: FaultKind) -> None:
-        self._set('faults.stuck_bumper', value=int(self._rng.integers(20)))
-        self._last(kind)
-        self._set('faults.stuck_bumper', value=-1)
+        self._while_set(kind, 'faults.stuck_bumper', int(self._rng.integers(20)), -1)
 
     def _somewhere(self) -> list[float]:
         pose = random_starts(Arena(), 1, self._rng, clearance_m=_CLEARANCE_M)[0]

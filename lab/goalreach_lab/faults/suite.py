@@ -21,7 +21,7 @@ from goalreach_lab.faults.outcome import (
     recovery_times_s,
     summarise_kinds,
 )
-from goalreach_lab.options import BenchOptions
+from goalreach_lab.options import DocumentOptions
 from goalreach_lab.rigs.stack import free_domains
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Study, run_study
@@ -44,18 +44,14 @@ _TEMPLATE: Final = Path(__file__).with_name('faults.md')
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options(BenchOptions):
+class Options(DocumentOptions):
     """Options of the suite."""
 
     kinds: str = option('', 'only kinds with one of these words, by comma', metavar='WORDS')
     times: int = option(2, 'random moments of each kind', minimum=0)
     stops: int = option(4, 'controllers and localizers ended at full speed', minimum=0)
     speed: float = option(1.0, 'times real time', minimum=0.1)
-    jobs: int = option(1, 'stacks at a time', minimum=1)
-    results: Path | None = option(None, 'keep outcomes there, and resume', metavar='DIR')
-    out: Path | None = option(None, 'write the table, in Markdown')
     note: str = option('', 'a sentence about the machine, for the document')
-    as_it_is: bool = option(False, 'report the kept outcomes, inject nothing')
 
 
 def execute(options: Options) -> list[BenchRow]:

@@ -69,14 +69,12 @@ def one_image_bound(
     camera: PinholeCamera,
     camera_height_m: float,
     pixel_sigma_px: float,
-    pan_sigma_rad: float = 0.0,
-    tilt_sigma_rad: float = 0.0,
     head: HeadConfig | None = None,
 ) -> Bound:
     """Return the bound for a head that points at the LEDs as the head tracker does.
 
-    The information of the pixels about x, y and azimuth is J' C^-1 J with C the covariance of
-    the pixels, to which the tilt error is common; the pan error adds to the heading.
+    The information of the pixels about x, y and azimuth is J' J over the variance of a pixel; the
+    angles of the head are known exactly.
 
     Args:
         x_m: Place of the camera in `map`.
@@ -85,8 +83,6 @@ def one_image_bound(
         camera: The camera; its distortion is ignored.
         camera_height_m: Height of the optical centre.
         pixel_sigma_px: Error of each LED's pixel per axis (1 sigma).
-        pan_sigma_rad: Error of the pan reading (1 sigma).
-        tilt_sigma_rad: Error of the tilt reading (1 sigma).
         head: Ranges of the head and the margin within which an LED counts as in the image.
     """
     lens = Lens.of_camera(camera)
@@ -94,28 +90,22 @@ def one_image_bound(
     azimuth, tilt = HeadTracker(head or HeadConfig()).centre_leds(offsets_m.tolist(), lens)
     projection = project(offsets_m, optical_rotation(azimuth, tilt), lens)
     seen = _in_image(projection, camera)
-    covariance = _covariance(projection, offsets_m, seen, (pixel_sigma_px, tilt_sigma_rad))
-    covariance[2, 2] += pan_sigma_rad**2
+    covariance = pixel_sigma_px**2 * _covariance(projection, offsets_m, seen)
     return Bound(leds=int(seen.sum()), covariance=covariance)
 
 
 def _covariance(
-    projection: Projection,
-    offsets_m: FloatArray,
-    seen: NDArray[np.bool_],
-    sigmas: tuple[float, float],
+    projection: Projection, offsets_m: FloatArray, seen: NDArray[np.bool_]
 ) -> FloatArray:
-    """Return the bound of x, y and azimuth for the sigmas of pixels (px) and tilt (rad)."""
+    """Return the bound of x, y and azimuth for an error of the pixels of 1 px."""
     if seen.sum() < _LEAST_LEDS:
         return np.full((3, 3), np.inf, dtype=np.float64)
-    by_offset, by_tilt = projection.by_offset[seen], projection.by_tilt[seen].reshape(-1)
+    by_offset = projection.by_offset[seen]
     turned = np.stack([offsets_m[seen, 1], -offsets_m[seen, 0]], axis=1)
     by_azimuth = np.einsum('kpc,kc->kp', by_offset[..., :2], turned)
     jacobian = np.concatenate([-by_offset[..., :2], by_azimuth[..., None]], axis=2)
     jacobian = jacobian.reshape(-1, 3)
-    noise = sigmas[0] ** 2 * np.eye(len(by_tilt)) + sigmas[1] ** 2 * np.outer(by_tilt, by_tilt)
-    information = jacobian.T @ np.linalg.solve(noise, jacobian)
-    return np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
 
 
 def _in_image(projection: Projection, camera: PinholeCamera) -> NDArray[np.bool_]:

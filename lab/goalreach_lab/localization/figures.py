@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -142,18 +141,3 @@ def draw(found: Mapping[str, Any], folder: Path) -> list[Path]:
         if part in found:
             files += write_figure(figure(found[part]), folder, name)
     return files
-
-
-def links(document: Path, folder: Path | None) -> dict[str, str]:
-    """Return the Markdown links to the figures of each part, by `PART_figures`.
-
-    Args:
-        document: The document that holds the links.
-        folder: Folder of the figures; without one, the links are empty.
-    """
-    by_part: dict[str, list[str]] = {part: [] for part, _ in FIGURES.values()}
-    for name, (part, _) in FIGURES.items():
-        if folder is not None:
-            place = os.path.relpath(folder, document.parent)
-            by_part[part].append(f'![{name.replace("_", " ")}]({place}/{name}.png)')
-    return {f'{part}_figures': '\n\n'.join(lines) for part, lines in by_part.items()}

@@ -52,7 +52,9 @@ class Options(DocumentOptions):
     kidnaps: int | None = _size('kidnaps', 'kidnappings')
     hours: float | None = _size('hours', 'length of the long drive, h')
     frames: int | None = _size('frames', 'images that are timed')
-    figures: Path | None = option(None, 'folder of the figures', metavar='DIR')
+    figures: Path | None = option(
+        None, 'folder of the figures (default: `figures` beside --out)', metavar='DIR'
+    )
 
     def size(self, name: str) -> Any:
         """Return the size of a study: the one given, else the default."""
@@ -81,10 +83,11 @@ def execute(options: Options) -> list[BenchRow]:
         if findings is not None:
             found[part], rows[part] = findings, study.rows(findings)
         print(f'{part}: {time.perf_counter() - began_s:.0f} s', flush=True)
-    if options.figures is not None:
+    beside = None if options.out is None else options.out.parent / 'figures'
+    if figures := options.figures or beside:
         from goalreach_lab.localization.figures import draw
 
-        for file in draw(found, options.figures):
+        for file in draw(found, figures):
             print(file)
     if options.out is not None:
         _write(options.out, options, found, rows)
@@ -123,7 +126,6 @@ def _write(
     out: Path, options: Options, found: dict[str, Any], rows: dict[str, list[BenchRow]]
 ) -> None:
     """Write the document; a part that was not measured is left out."""
-    from goalreach_lab.localization.figures import links
     from goalreach_lab.localization.frame_log import WRONG_IN, WRONG_NEES
     from goalreach_lab.localization.ros_input_study import reasons
     from goalreach_lab.report import bench_table, goals_met, machine
@@ -139,6 +141,5 @@ def _write(
         'wrong_nees': f'{WRONG_NEES:g}',
         'reasons': None if inputs is None else table(('input', 'reason'), reasons(inputs)),
         **{part: bench_table(rows[part]) if part in rows else None for part in PARTS},
-        **links(out, options.figures),
     }
     write_document(out, Path(__file__).with_name('localization.md'), values)

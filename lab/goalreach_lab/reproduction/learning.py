@@ -1,7 +1,6 @@
-"""The learning suite: success, trials needed and values of Q-learning over many seeds."""
+"""The learning study: success, trials needed and values of Q-learning over many seeds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 import functools
 import statistics
 from typing import Any, Final, cast
@@ -10,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from goalreach_evaluation.path_metrics import wilson_interval
-from goalreach_lab.options import StudyOptions
 from goalreach_lab.row import BenchRow, Goal
-from goalreach_lab.study import Case, Result, Study, find, per_case
+from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_learning.kinematic_drive import greedy_successes
 from goalreach_learning.learner import Agent, LearnerSetup
 from goalreach_learning.learners.tabular import PaperLearner
@@ -20,11 +18,8 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.q_learning import LearningConfig
 from goalreach_learning.training import train
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.options import option
 from goalreach_msgs_py.regions import Rewards
 from goalreach_msgs_py.values import FloatArray, Region
-
-SUMMARY = 'Q-learning over many seeds: success, trials needed, difference from the optimal values'
 
 SUCCESS: Final = 'greedy policy reaches the goal from all 22 starts'
 SETTLED: Final = 'trial after which it always does, median'
@@ -48,29 +43,6 @@ _VARIATIONS: tuple[dict[str, float], ...] = (
     {'start_jitter_m': 0.0, 'overshoot_m': 0.0},
 )
 """Changes of the configuration; the first is the default."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Options(StudyOptions):
-    """Options of the suite."""
-
-    seeds: int = option(10_000, 'learning seeds', minimum=1)
-    variation_seeds: int = option(2000, 'seeds for each changed parameter', minimum=1)
-
-
-def execute(options: Options) -> list[BenchRow]:
-    """Learn with all seeds and return the rows.
-
-    Raises:
-        FileFormatError: The results are refused or cannot be written.
-    """
-    study = learning_study(
-        seeds=options.seeds,
-        variation_seeds=options.variation_seeds,
-        seed=options.seed,
-        jobs=options.jobs,
-    )
-    return study.rows(find(study, options.results, measure=not options.as_it_is) or [])
 
 
 def learning_study(*, seeds: int, variation_seeds: int, seed: int, jobs: int) -> Study:

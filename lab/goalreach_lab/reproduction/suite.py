@@ -75,7 +75,7 @@ def execute(options: Options) -> list[BenchRow]:
     }
     if options.out is not None:
         write_document(options.out, Path(__file__).with_name('reproduction.md'), values)
-    return _rows(driven)
+    return [*learned, *_rows(driven)]
 
 
 def _find(options: Options, study: Study) -> Any:

@@ -14,7 +14,7 @@ CAMERA = PinholeCamera.from_field_of_view(horizontal_fov_rad=math.pi / 3)
 LED_PLACES = ArenaConfig().landmark_array_m
 
 
-def bound_at(x_m: float, y_m: float, sigma_px: float = 0.3, pan_rad: float = 0.0) -> Bound:
+def bound_at(x_m: float, y_m: float, sigma_px: float = 0.3) -> Bound:
     return one_image_bound(
         x_m,
         y_m,
@@ -22,7 +22,6 @@ def bound_at(x_m: float, y_m: float, sigma_px: float = 0.3, pan_rad: float = 0.0
         camera=CAMERA,
         camera_height_m=1.1,
         pixel_sigma_px=sigma_px,
-        pan_sigma_rad=pan_rad,
     )
 
 
@@ -45,28 +44,10 @@ def test_the_distance_from_two_leds_side_by_side_by_hand() -> None:
     assert math.sqrt(bound.covariance[1, 1]) == pytest.approx(0.018257, rel=1e-4)
 
 
-def test_the_bound_grows_with_the_pixel_noise_and_pan_adds_to_heading_alone() -> None:
+def test_the_bound_grows_with_the_pixel_noise() -> None:
     one, ten = bound_at(1.5, 3.0, 0.1), bound_at(1.5, 3.0, 1.0)
     assert ten.position_sigma_m == pytest.approx(10.0 * one.position_sigma_m)
-    panned = bound_at(1.5, 3.0, 0.1, math.radians(0.1))
-    assert panned.position_sigma_m == pytest.approx(one.position_sigma_m)
-    assert panned.heading_sigma_rad == pytest.approx(
-        math.hypot(one.heading_sigma_rad, math.radians(0.1))
-    )
-
-
-def test_a_known_tilt_error_makes_it_no_better() -> None:
-    sure = bound_at(1.5, 3.0)
-    unsure = one_image_bound(
-        1.5,
-        3.0,
-        leds_m=LED_PLACES,
-        camera=CAMERA,
-        camera_height_m=1.1,
-        pixel_sigma_px=0.3,
-        tilt_sigma_rad=0.002,
-    )
-    assert unsure.position_sigma_m > sure.position_sigma_m
+    assert ten.heading_sigma_rad == pytest.approx(10.0 * one.heading_sigma_rad)
 
 
 def test_where_no_two_leds_fit_there_is_no_bound() -> None:

@@ -35,9 +35,7 @@ def test_results_are_kept_and_written_with_figures(
     rows = execute(options(*arguments))
     assert rows
     document, figures = tmp_path / 'L.md', tmp_path / 'figures'
-    again = execute(
-        options(*arguments, '--as-it-is', '--out', str(document), '--figures', str(figures))
-    )
+    again = execute(options(*arguments, '--as-it-is', '--out', str(document)))
     assert [row.to_json() for row in again] == [row.to_json() for row in rows]
     text = document.read_text(encoding='utf-8')
     assert '## One image against the Cramer-Rao bound' in text

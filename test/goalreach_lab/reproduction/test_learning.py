@@ -8,12 +8,11 @@ from goalreach_lab.reproduction.learning import (
     SETTLED,
     SUCCESS,
     VALUES,
-    Options,
-    execute,
+    learning_study,
     settled_after,
     value_iteration,
 )
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_lab.study import find
 
 
 def test_wilson_interval_by_hand() -> None:
@@ -53,14 +52,10 @@ def test_frequencies_are_averaged() -> None:
 
 
 def test_rows_of_a_small_study() -> None:
-    by_name = {row.name: row for row in execute(Options(seeds=40, variation_seeds=5))}
+    study = learning_study(seeds=40, variation_seeds=5, seed=0, jobs=1)
+    by_name = {row.name: row for row in study.rows(find(study))}
     success = by_name[SUCCESS]
     assert (success.ours, success.n, success.met) == (100.0, 40, True)
     assert 1 <= by_name[SETTLED].ours <= 10
     assert 0.0 < by_name[VALUES].ours < 0.05
     assert sum(name.startswith('with ') for name in by_name) == 9
-
-
-def test_refuses_no_seeds() -> None:
-    with pytest.raises(ConfigurationError, match='--seeds = 0'):
-        Options(seeds=0)
