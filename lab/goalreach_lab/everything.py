@@ -20,7 +20,9 @@ from goalreach_msgs_py.options import option
 SUMMARY: Final = 'All studies of the documents, one after another; tells how long each takes'
 
 _STUDIES: Final = Path(__file__).with_name('everything.yaml')
-_BENCH: Final = Path(__file__).parents[2] / 'scripts' / 'bench.py'
+_ROOT: Final = Path(__file__).resolve().parents[2]
+_ENDED: Final = (0, 1)
+"""Exit statuses of a study that has finished: its goals are met, or some are not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,15 +41,17 @@ def execute(options: Options) -> list[BenchRow]:
     """Run the studies, each in a process of its own; return no rows: the documents have them.
 
     A study is finished once its process has ended, goals met or not: `NAME.status` in the folder
-    of results then holds its exit status and its seconds.
+    of results then holds its exit status, its seconds and its words. One that failed, or whose
+    words have changed since, runs again.
 
     Raises:
         GoalreachError: A study missed a goal or failed; all others were run first.
         ConfigurationError: A study does not exist, or results are there and not to be resumed.
     """
     studies = _chosen(options.study)
-    done = {name: _status(options.results, name) for name in studies}
-    if any(done.values()) and not (options.resume or options.as_it_is):
+    done = {name: _status(options.results, name, one['words']) for name, one in studies.items()}
+    begun = any((options.results / name).exists() for name in studies)
+    if begun and not (options.resume or options.as_it_is):
         raise ConfigurationError('--results', options.results, 'a new folder, or with --resume')
     _tell(studies, done)
     if options.as_it_is:
@@ -70,13 +74,12 @@ def _chosen(names: Sequence[str]) -> Mapping[str, Any]:
     return {name: study for name, study in studies.items() if not names or name in names}
 
 
-def _status(results: Path, name: str) -> tuple[int, float] | None:
+def _status(results: Path, name: str, words: str) -> tuple[int, float] | None:
     """Return exit status and seconds of a finished study, None where it is not finished."""
     path = results / f'{name}.status'
-    if not path.exists():
-        return None
-    status, seconds = path.read_text().split()
-    return int(status), float(seconds)
+    status, seconds, *kept = path.read_text().split() if path.exists() else ('2', '0')
+    same = int(status) in _ENDED and (not kept or kept == words.split())
+    return (int(status), float(seconds)) if same else None
 
 
 def _tell(studies: Mapping[str, Any], done: Mapping[str, tuple[int, float] | None]) -> None:
@@ -94,10 +97,12 @@ def _tell(studies: Mapping[str, Any], done: Mapping[str, tuple[int, float] | Non
 def _run(name: str, words: str, results: Path) -> tuple[int, float]:
     folder = results / name
     folder.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, str(_BENCH), *words.format(results=folder).split()]
+    bench = str(_ROOT / 'scripts' / 'bench.py')
+    command = [sys.executable, bench, *(w.format(results=folder.resolve()) for w in words.split())]
     began_s = time.monotonic()
     with (results / f'{name}.log').open('a') as log:
-        status = subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False)
+        ended = subprocess.run(command, cwd=_ROOT, stdout=log, stderr=log, check=False)
     seconds = time.monotonic() - began_s
-    (results / f'{name}.status').write_text(f'{status.returncode} {seconds:.0f}\n')
-    return status.returncode, seconds
+    if ended.returncode in _ENDED:
+        (results / f'{name}.status').write_text(f'{ended.returncode} {seconds:.0f} {words}\n')
+    return ended.returncode, seconds

@@ -34,14 +34,18 @@ def test_it_goes_on_where_it_was_interrupted(
     assert main(['all', '--results', str(results), '--study', 'met']) == 0
     assert (results / 'met.status').read_text().startswith('0 ')
     assert 'left: about' in (results / 'met.log').read_text()
-    assert main(['all', '--results', str(results)]) == 2
+    (results / 'failed').mkdir()
+    assert main(['all', '--results', str(results), '--study', 'failed']) == 2
     assert '--resume' in capsys.readouterr().err
     (results / 'met.log').write_text('')
     assert main(['all', '--results', str(results), '--resume']) == 2
     assert 'failed.log' in capsys.readouterr().err
     assert '--examples' in (results / 'failed.log').read_text()
-    assert (results / 'failed.status').read_text().startswith('2 ')
+    assert not (results / 'failed.status').exists()
     assert (results / 'met.log').read_text() == ''
+    studies.write_text(_QUICK.replace('--as-it-is', '--as-it-is --study abroad'))
+    assert main(['all', '--results', str(results), '--resume', '--study', 'met']) == 0
+    assert 'left: about 2 h' in (results / 'met.log').read_text()
 
 
 def test_a_study_that_does_not_exist_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
