@@ -24,6 +24,7 @@ import numpy as np
 from goalreach_lab.options import StudyOptions
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Case, Result, Study, find, per_case
+from goalreach_lab.study_file import code_version
 from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.options import option
 
@@ -58,16 +59,16 @@ def execute(options: Options) -> list[BenchRow]:
     packages = options.package or PACKAGES
     cases = _drawn(packages, options.count, np.random.default_rng(options.seed))
     for package in () if options.as_it_is else packages:
-        module = f'src/{package}/{package}/__init__.py'
-        if is_noticed(module, (_ROOT / module).read_text()):
-            raise GoalreachError(f'the tests of {package} fail without a fault')
+        modules = (str(one['module']) for one in cases if f'/{package}/' in str(one['module']))
+        for module in {str(_tests_of(Path(one))[-1]): one for one in modules}.values():
+            if is_noticed(module, (_ROOT / module).read_text()):
+                raise GoalreachError(f'the tests of {package} fail without a fault')
     study = Study(
         name='mutation',
         key=('module', 'operator', 'occurrence'),
         cases=cases,
         measure=per_case(measure, jobs=options.jobs),
-        settings={'seed': options.seed},
-        analyse=list,
+        settings={'seed': options.seed, 'code': code_version('src', 'test')},
     )
     results = find(study, options.results, measure=not options.as_it_is) or []
     for result in results:

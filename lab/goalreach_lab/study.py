@@ -29,8 +29,9 @@ class Study:
         cases: The cases, in the order in which they are measured.
         measure: Measures the cases given and yields each with its result as soon as it is
             finished; see `per_case`.
-        settings: Everything the results depend on besides the case. Kept results of other
+        settings: What the results depend on besides the case and the code. Kept results of other
             settings are refused.
+        seed: A seed that is not in the settings: results of another are told, not refused.
         analyse: Returns the findings of a list of results (key fields and result of each finished
             case, in the order of `cases`), for rows, tables and figures.
         rows: Returns the rows of the findings.
@@ -41,6 +42,7 @@ class Study:
     cases: Sequence[Case]
     measure: Callable[[Sequence[Case]], Iterable[tuple[Case, Result]]]
     settings: Mapping[str, object] = field(default_factory=dict)
+    seed: int | None = None
     analyse: Callable[[Sequence[Result]], Any] = list
     rows: Callable[[Any], list[BenchRow]] = lambda _: []
 
@@ -51,7 +53,7 @@ class Study:
             FileFormatError: The file holds results of other settings or cannot be read.
         """
         path = None if folder is None else folder / f'{self.name}.jsonl'
-        return StudyFile(path, key=self.key, settings=self.settings)
+        return StudyFile(path, key=self.key, settings=self.settings, seed=self.seed)
 
 
 def run_study(
@@ -71,6 +73,7 @@ def run_study(
         FileFormatError: The file of results is refused or cannot be written.
     """
     file = study.results_file(folder)
+    file.tell_others()
     missing = file.missing(study.cases)
     if measure and missing:
         with progress_bar(study.name, total=len(study.cases)) as advance:

@@ -124,12 +124,14 @@ def _inject(
     try:
         injector.inject(kind)
     except (GoalreachError, ProcessLookupError) as error:
-        sys.stderr.write(f'{kind.name}: could not be injected: {error}\n')
+        sys.stderr.write(f'{kind.name}: could not be injected, or ended: {error}\n')
         graph.stop()
-        return None
+        if not injector.begun:
+            return None
     ended = (observer.clock_ns, time.monotonic())
     observer.await_normal()
-    graph.serve_until(lambda: observer.normal_since is not None, _RECOVER_S)
+    if graph.stack is not None:  # one that does not even let the fault be ended hangs
+        graph.serve_until(lambda: observer.normal_since is not None, _RECOVER_S)
     normal = observer.normal_since
     graph.serve(_SETTLED_S / graph.speed)
     outcome = FaultOutcome.observed(

@@ -48,12 +48,14 @@ class Injector:
     Args:
         graph: The stack under test.
         rng: Draws places, LEDs and bumpers.
+
+    Attributes:
+        begun: Whether the last fault that lasts has begun.
     """
 
     def __init__(self, graph: FaultedGraph, rng: np.random.Generator) -> None:
         """Make the clients."""
-        self._graph = graph
-        self._rng = rng
+        self._graph, self._rng, self.begun = graph, rng, False
         node = graph.node
         self._parameters = AsyncParameterClient(node, ROBOT)
         self._reset = node.create_client(Trigger, RESET_SERVICE)
@@ -72,9 +74,11 @@ class Injector:
         Raises:
             GoalreachError: The stack does not answer.
         """
+        self.begun = False
         getattr(self, f'_{kind.act}', self._gate)(kind)
 
     def _last(self, kind: FaultKind) -> None:
+        self.begun = True
         speed = 1.0 if kind.act in _NODE_ACTS else self._graph.speed
         self._graph.serve(kind.duration_s / speed)
 

@@ -54,6 +54,7 @@ def execute(options: Options) -> list[BenchRow]:
         key=('round',),
         cases=[{'round': number} for number in range(options.times)],
         measure=partial(run_rounds, domain=domain, seed=options.seed),
+        seed=options.seed,
     )
     rounds = run_study(study, options.results)
     note = f'{sum(one["early"] for one in rounds)} rounds ended while the stack started'

@@ -13,6 +13,7 @@ from goalreach_lab.localization.frame_log import pose_error, pose_nees
 from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Case, Result, Study
+from goalreach_lab.study_file import code_version
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.files import write_bytes_atomically
@@ -44,11 +45,12 @@ class LongDrive:
     Attributes:
         seed: The same.
         minutes: Minutes driven.
+        code: Version of the code of the robot.
     """
 
     def __init__(self, seed: int) -> None:
-        self.seed = seed
-        self.minutes = 0
+        self.seed, self.minutes = seed, 0
+        self.code = code_version('src', 'lab')
         self._robot = WaypointRobot((seed, 40), noise=noise_preset('nominal'))
 
     def drive(self) -> dict[str, Any]:
@@ -134,12 +136,13 @@ def _measure(
 
 
 def _restore(checkpoint: Path | None) -> LongDrive | None:
-    """Return the robot of a checkpoint, or None without a readable one."""
+    """Return the robot of a checkpoint, or None without a readable one of the same code."""
     try:
         drive = None if checkpoint is None else pickle.loads(checkpoint.read_bytes())  # noqa: S301 - written by this module
     except (OSError, pickle.UnpicklingError, AttributeError, EOFError, ImportError):
         return None
-    return drive if isinstance(drive, LongDrive) else None
+    same = isinstance(drive, LongDrive) and vars(drive).get('code') == code_version('src', 'lab')
+    return drive if same else None
 
 
 def analyse_minutes(minutes: Sequence[Result]) -> dict[str, Any]:
@@ -216,7 +219,7 @@ def long_drive_rows(found: dict[str, Any]) -> list[BenchRow]:
         BenchRow(
             name='odometry alone: minute in which its region is wrong for a tenth of the time',
             unit='min',
-            ours=float(found['first_wrong_min'] or minutes),
+            ours=float(found['first_wrong_min'] or math.inf),
             goal=Goal(of='ours', relation='<=', bound=_WITHIN_MIN),
             n=minutes,
             note=f'wrong for {100.0 * found["odometry_wrong_share"]:.1f} % of the time from then '

@@ -18,6 +18,7 @@ from goalreach_evaluation.results_file import ResultsFile
 from goalreach_lab.options import BenchOptions
 from goalreach_lab.rigs.processes import descendants_of, holdings_of
 from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.study_file import code_version
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.files import write_text_atomically
 from goalreach_msgs_py.options import option
@@ -67,21 +68,25 @@ def execute(options: Options) -> list[BenchRow]:
     """Drive, composed and in lockstep, with one page open; Ctrl-C ends it and reports.
 
     A page that was closed is another page: minutes driven later into the same file are a stretch
-    of their own, and the longest stretch is reported.
+    of their own, and the longest stretch is reported: of this seed, rate and version of the code,
+    or with --as-it-is of all.
 
     Raises:
         GoalreachError: An option is refused, there is no browser, or the run stalls.
     """
     file = ResultsFile(options.lines, key=('page', 'clock_s'))
+    version = code_version('src', 'lab', 'examples')
+    made = {'made_by': f'{version}, seed {options.seed}, {options.rate:g} Hz'}
 
     def keep(minute: dict[str, Any]) -> None:
-        file.add(minute, minute)
+        file.add(minute, minute | made)
         sys.stderr.write(_format(minute))
 
     if not options.as_it_is:
         with contextlib.suppress(KeyboardInterrupt):  # the minutes so far are worth their rows
             _watch_page(options.hours, rate_hz=options.rate, seed=options.seed, keep=keep)
-    return compare_ends(longest_stretch(file.results))
+    kept = [one for one in file.results if options.as_it_is or made.items() <= one.items()]
+    return compare_ends(longest_stretch(kept))
 
 
 def _format(minute: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ from goalreach_lab.cli import main
 from goalreach_lab.faults.kinds import KINDS, choose_kinds
 from goalreach_lab.faults.observer import StackObserver
 from goalreach_lab.faults.outcome import FaultOutcome, outcome_table, summarise_kinds
+from goalreach_lab.faults.suite import Options, plan
 from goalreach_lab.study_file import StudyFile
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
@@ -85,6 +86,19 @@ def test_kinds_are_chosen_by_a_word() -> None:
     assert choose_kinds('') == KINDS
     with pytest.raises(ConfigurationError, match='--kinds'):
         choose_kinds('earthquake')
+
+
+def test_what_is_missing_is_planned_with_numbers_that_no_kept_outcome_has(tmp_path: Path) -> None:
+    kinds = choose_kinds('/odom lost, clock stalled')
+    file = StudyFile(tmp_path / 'faults.jsonl', key=('kind', 'number'), settings={'speed': 1.0})
+    good, ended = two_outcomes('/odom lost')
+    for number, outcome in ((0, good), (2, ended), (4, good)):  # of two jobs, one was interrupted
+        file.add({'kind': outcome.kind, 'number': number}, outcome.to_json())
+    planned = plan(Options(times=3), kinds, tmp_path)
+    assert [number for number, _ in planned] == [5, 6, 7, 8]
+    names = [kind.name for _, kind in planned]
+    assert (names.count('/odom lost'), names.count('clock stalled')) == (1, 3)
+    assert plan(Options(times=0), kinds, tmp_path) == []
 
 
 def test_kept_outcomes_become_the_document(
