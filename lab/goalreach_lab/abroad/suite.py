@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +15,7 @@ from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Case, Result, Study, run_study
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
 from goalreach_msgs_py.files import read_yaml
 from goalreach_msgs_py.options import option
 from goalreach_msgs_py.topics import LOCALIZER
@@ -45,6 +46,8 @@ def execute(options: Options) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused or a file cannot be read or written.
     """
+    if not (options.as_it_is or find_spec('mujoco')):
+        raise GoalreachError("the package mujoco is missing: pip install 'goalreach[mujoco]'")
     known = read_yaml(Path(__file__).with_name('cases.yaml'))
     if unknown := set(options.case).difference(known):
         raise ConfigurationError('--case', min(unknown), f'one of {", ".join(known)}')
@@ -65,7 +68,11 @@ def execute(options: Options) -> list[BenchRow]:
     if options.out is not None and results:
         _write(results, known, options, options.out)
     wrong = sum(path['outcome'] in {'false-goal', 'bump'} for path in results)
-    return [BenchRow.none_allowed('false goals and bumps', wrong, n=len(results))]
+    short = sum(path['outcome'] != 'goal' for path in results) - wrong
+    return [
+        BenchRow.none_allowed('false goals and bumps', wrong, n=len(results)),
+        BenchRow.none_allowed('other paths not to the goal', short, n=len(results)),
+    ]
 
 
 def _measure(known: Any, seed: int, cases: Sequence[Case]) -> Iterator[tuple[Case, Result]]:
@@ -114,6 +121,6 @@ def _write(results: Sequence[Result], known: Any, options: Options, out: Path) -
         f'| {name} | {known[name]["world"]} | {" | ".join(cells(list(group)))} |'
         for name, group in groupby(results, lambda one: one['case'])
     ]
-    seeds = {'seed': options.seed, 'last': options.seed + _WORLDS - 1}
+    seeds = {'seed': options.seed, 'last': options.seed + _WORLDS - 1, 'paths': options.paths}
     values = {**seeds, 'starts': options.starts, 'lines': '\n'.join(lines)}
     write_document(out, Path(__file__).with_name('abroad.md'), values)
