@@ -89,7 +89,10 @@ def _parse(words: list[str]) -> Any:
             _, options = Command.of_module(run).parse('goalreach run', words)
             return options
     except SystemExit:
-        raise _RefusedError(output.getvalue().strip().splitlines()[-1][:1000]) from None
+        usage, _, reason = output.getvalue().rpartition(': error: ')
+        if not usage.startswith('usage: '):
+            raise AssertionError(f'no usage: {usage[:200]!r}') from None
+        raise _RefusedError(reason.removesuffix('\n')) from None
 
 
 def _options(rng: np.random.Generator) -> object:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 import contextlib
-from contextlib import ExitStack
 from dataclasses import dataclass
 from io import StringIO
 import json
@@ -34,6 +33,7 @@ from goalreach_learning.policy import Policy
 from goalreach_learning.policy_file import read_policy, write_policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.arena_file import read_arena
+from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.parameter_file import read_parameters
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 
@@ -238,9 +238,14 @@ def _repair_bag(path: Path) -> int:
 
 def _use_bag(path: Path) -> object:
     """Show a bag, open it for a replay and repair it, even if one of them refuses it."""
-    with ExitStack() as uses:  # calls all, and raises the last refusal
-        for use in (_repair_bag, _open_for_replay, _show_bag):
-            uses.callback(use, path)
+    refused: GoalreachError | None = None
+    for use in (_show_bag, _open_for_replay, _repair_bag):
+        try:
+            use(path)
+        except GoalreachError as error:  # noqa: PERF203 - the others are used nevertheless
+            refused = error
+    if refused is not None:
+        raise refused
     return path
 
 
