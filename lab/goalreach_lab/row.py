@@ -1,6 +1,7 @@
 """One line of a benchmark: our figure, its reference, and the goal."""
 
 from dataclasses import asdict, dataclass
+import math
 import operator
 from typing import Any
 
@@ -72,7 +73,10 @@ class BenchRow:
         return value is not None and bool(_RELATIONS[self.goal.relation](value, self.goal.bound))
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row as `bench --json` writes it."""
-        row = asdict(self)
+        """Return the row as `bench --json` writes it: None for what is not finite."""
+        row = {**asdict(self), 'ratio': self.ratio, 'met': self.met}
         row['goal'] = None if self.goal is None else str(self.goal)
-        return {**row, 'ratio': self.ratio, 'met': self.met}
+        infinite = [
+            name for name, x in row.items() if isinstance(x, float) and not math.isfinite(x)
+        ]
+        return row | dict.fromkeys(infinite)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 import functools
+import math
 from typing import Any, Final
 
 import numpy as np
@@ -189,13 +190,19 @@ def _analyse_drives(results: Sequence[Result]) -> dict[str, Any]:
         found[kind] = {**error_summary(Frames.join(drives)), 'drives': len(drives)}
         if kind in _NOISES:
             episodes = [one for drive in drives for one in overconfident_episodes(drive)]
-            firsts = [float(one.time_s[one.trusted.argmax()] - one.time_s[0]) for one in drives]
+            firsts = [first_pose_s(drive) for drive in drives]
             found[kind] |= {
                 'first_pose_s': percentiles(np.array(firsts)),
                 'longest_gap_s': max(map(longest_gap_s, drives)),
                 'episodes': episodes,
             }
     return found
+
+
+def first_pose_s(frames: Frames) -> float:
+    """Return the time until the first trusted pose of a drive, infinite where none is."""
+    good_s = frames.time_s[frames.trusted]
+    return float(good_s[0] - frames.time_s[0]) if len(good_s) else math.inf
 
 
 def _drive_rows(found: dict[str, Any]) -> list[BenchRow]:

@@ -63,9 +63,9 @@ def _relocalize(robot: WaypointRobot) -> dict[str, float]:
     """Drive until the robot has relocalized.
 
     Returns:
-        'trusted_s': how long the old pose was trusted; 'found_s': time until a right pose was,
-        infinite if never; 'wrong_again': images in which another wrong pose was trusted;
-        'worst_in': the largest error of a pose after the old one.
+        'trusted_s': how long the old pose was trusted; 'found_s': time until a second began in
+        which a right pose was, infinite if none did; 'wrong_again': images in which another wrong
+        pose was trusted; 'worst_in': the largest error of a pose after the old one.
     """
     log = FrameLog()
     right_in_a_row = 0
@@ -80,10 +80,9 @@ def _relocalize(robot: WaypointRobot) -> dict[str, float]:
     wrong = frames.wrong
     times_s = (frames.time_s - frames.time_s[0]) + 1.0 / FRAMES_PER_S
     doubted = int(np.argmin(wrong)) if not wrong.all() else len(wrong)
-    right = np.flatnonzero(frames.trusted & ~wrong)
     return {
         'trusted_s': doubted / FRAMES_PER_S,
-        'found_s': float(times_s[right[0]]) if right_in_a_row >= _RIGHT_FRAMES else math.inf,
+        'found_s': float(times_s[-_RIGHT_FRAMES]) if right_in_a_row == _RIGHT_FRAMES else math.inf,
         'wrong_again': float(wrong[doubted:].sum()),
         'worst_in': float(np.nanmax(frames.error_in[doubted:], initial=0.0)),
     }

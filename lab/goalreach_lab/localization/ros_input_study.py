@@ -118,8 +118,9 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
     """Give an invalid input to the localizer of a robot, then valid ones.
 
     Returns:
-        'good': number of poses published meanwhile; 'reasons': number of different reasons;
-        'reason': the last one; 'back_s': time to a pose after valid inputs resumed.
+        'good': number of poses published meanwhile; 'reasons': number of different reasons of the
+        other images; 'reason': the last one, empty where an image has none; 'back_s': time to a
+        pose after valid inputs resumed.
     """
     outputs: list[LocalizerOutput] = []
     before = robot.step().frame.odometry
@@ -132,13 +133,13 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
         outputs.append(
             robot.localizer.process(**{**inputs, **BAD_INPUTS[name](frame, rng), **stale})
         )
-    last = outputs[-1]
+    last, refused = outputs[-1], [one for one in outputs if one.mode != 'tracking']
     steps = enumerate(robot.run(_RECOVERY_FRAMES))
     back = (frames for frames, step in steps if step.output.mode == 'tracking')
     return {
         'good': sum(output.mode == 'tracking' for output in outputs),
-        'reasons': len({_NUMBER.sub('#', one.reason) for one in outputs if one.mode == last.mode}),
-        'reason': f'{last.mode}: {last.reason}',
+        'reasons': len({_NUMBER.sub('#', one.reason) for one in refused}),
+        'reason': f'{last.mode}: {last.reason}' if all(one.reason for one in refused) else '',
         'back_s': next(back, math.inf) / FRAMES_PER_S,
     }
 

@@ -174,7 +174,8 @@ def reader_rows(budget: Budget) -> list[BenchRow]:
             for _ in range(budget.count(2 * _ROUNDS)):
                 alone.append(_tick_ms(rig.measure('ticks', seconds)))
                 with rig.probe('stops', _DEPTH, stock=True) as probe:
-                    probe.read()
+                    if not probe.read()['stopped']:
+                        raise GoalreachError('no image reaches the reader that is to stop')
                     stopped.append(_tick_ms(rig.measure('ticks', seconds)))
         title = f'tick while a reader of images is stopped, {name}'
         rows.append(_row(title, 'ms', stopped, alone, floor_name='no reader', bound=bound))
