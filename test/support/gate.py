@@ -162,28 +162,32 @@ def _command(*words: str) -> tuple[bool, str]:
 
 def _pytest(arguments: list[str]) -> tuple[bool, str]:
     """Run the tests, and once more, alone, the few that failed beside others."""
-    ok, last = _run_pytest(['-n', str(WORKERS), '--dist', 'worksteal', *arguments])
+    ok, last, names = _run_pytest(['-n', str(WORKERS), '--dist', 'worksteal', *arguments])
     failed = sum(map(int, re.findall(r'(\d+) (?:failed|error)', last)))
     if 0 < failed <= MOST_AGAIN:
         print('== pytest, what failed once more, alone')
-        ok, alone = _run_pytest(['--last-failed', *arguments])
+        ok, alone, again = _run_pytest(['--last-failed', *arguments])
         last = f'{last}; alone: {alone}'
+        if only := [name for name in names if name not in again]:
+            last += f'; passed only alone: {", ".join(only)}'
     return ok, last
 
 
-def _run_pytest(arguments: list[str]) -> tuple[bool, str]:
-    """Run pytest, print its output as it comes, and keep its closing line as the note."""
+def _run_pytest(arguments: list[str]) -> tuple[bool, str, list[str]]:
+    """Run pytest and print its output as it comes; return its closing line and what failed."""
     colour = ['--color=yes'] if sys.stdout.isatty() else []
     command = [sys.executable, '-m', 'pytest', '-q', *colour, *arguments]
     environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
-    last = ''
+    last, failed = '', []
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment
     ) as child:
         for line in child.stdout or ():
             print(line, end='', flush=True)
             last = line.strip() or last
-    return child.returncode == 0, last
+            plain = re.sub(r'\x1b\[[\d;]*m', '', line)
+            failed += re.findall(r'^(?:FAILED|ERROR) (\S+?::.+?)(?: - .*)?$', plain)
+    return child.returncode == 0, last, failed
 
 
 def _summarize(results: list[Result]) -> int:
