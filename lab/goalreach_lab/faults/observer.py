@@ -125,14 +125,15 @@ class StackObserver:
 
     def on_state(self, stamp_ns: int, state: RegionState) -> None:
         """Process an estimated state."""
-        truth = self._truth.get(stamp_ns)
+        # One from the future is compared with the newest truth.
+        truth = self._truth.get(min(stamp_ns, self.clock_ns))
         if state.confidence is not Confidence.OK or truth is None:
             return
         error_m = math.hypot(state.pose.x_m - truth.pose.x_m, state.pose.y_m - truth.pose.y_m)
         self.worst_m = max(self.worst_m, error_m)
         if error_m > GOOD_POSE_M:
             self.overconfident += 1
-        else:
+        elif stamp_ns <= self.clock_ns:
             self._good_ns = stamp_ns
 
     def on_command(self, stamp_ns: int, command: Twist2) -> None:

@@ -153,13 +153,10 @@ class Injector:
         self._set('start_pose', _ARRAY, pose)
         self._await(self._reset.call_async(Trigger.Request()))
 
-    def _pause_clock(self, *, on: bool) -> None:
-        self._await(self._pause.call_async(SetBool.Request(data=on)))
-
     def _stall(self, kind: FaultKind) -> None:
-        self._pause_clock(on=True)
+        self._await(self._pause.call_async(SetBool.Request(data=True)))
         self._last(kind)
-        self._pause_clock(on=False)
+        self._await(self._pause.call_async(SetBool.Request(data=False)))
 
     def _disk(self, _kind: FaultKind) -> None:
         """Start a recorder, then limit the size of its files."""

@@ -44,6 +44,7 @@ _PASSES: Final = 3
 """How often what is missing is injected: faults in which a path ended count as missing. Chosen."""
 
 _WIDTH: Final = 99
+_Numbered = tuple[int, FaultKind]
 _TEMPLATE: Final = Path(__file__).with_name('faults.md')
 
 
@@ -109,15 +110,13 @@ def read_outcomes(results: Path, speed: float) -> list[FaultOutcome]:
 
 def _missing(
     options: Options, kinds: Sequence[FaultKind], outcomes: Sequence[FaultOutcome]
-) -> list[tuple[int, FaultKind]]:
+) -> list[_Numbered]:
     """Return the faults that are still to inject, each with its round."""
     done = Counter(one.kind for one in outcomes if one.measures_recovery)
     return [(n, kind) for kind in kinds for n in range(options.times - done[kind.name])]
 
 
-def plan(
-    options: Options, kinds: Sequence[FaultKind], results: Path
-) -> list[tuple[int, FaultKind]]:
+def plan(options: Options, kinds: Sequence[FaultKind], results: Path) -> list[_Numbered]:
     """Return the faults that are missing in a folder, each with a number that none there has."""
     kept = _outcomes_file(results, options.speed).results
     first = 1 + max((int(one['number']) for one in kept), default=-1)
@@ -133,12 +132,9 @@ def _inject_missing(options: Options, kinds: Sequence[FaultKind], results: Path)
     if not numbered:
         return
     parts = [numbered[job :: options.jobs] for job in range(options.jobs)]
-    work = partial(_inject_part, results=results, speed=options.speed, run_seed=options.seed)
-    seeds = (
-        np.random.SeedSequence([options.seed, numbered[0][0]])
-        .generate_state(options.jobs)
-        .tolist()
-    )
+    work = partial(_inject_part, results=results, options=options)
+    rng = np.random.default_rng([options.seed, numbered[0][0], 1])
+    seeds = rng.integers(2**31, size=options.jobs).tolist()
     domains = free_domains(options.jobs)
     if options.jobs == 1:
         work(parts[0], domains[0], seeds[0])
@@ -149,21 +145,15 @@ def _inject_missing(options: Options, kinds: Sequence[FaultKind], results: Path)
 
 
 def _inject_part(
-    numbered: Sequence[tuple[int, FaultKind]],
-    domain: int,
-    seed: int,
-    *,
-    results: Path,
-    speed: float,
-    run_seed: int,
+    numbered: Sequence[_Numbered], domain: int, seed: int, *, results: Path, options: Options
 ) -> None:
     """Inject faults into a stack of this process, and keep each outcome."""
     from goalreach_lab.faults.ros_campaign import inject_faults
 
-    file = _outcomes_file(results, speed, run_seed)
+    file = _outcomes_file(results, options.speed, options.seed)
     kinds = [kind for _, kind in numbered]
     if kinds:
-        outcomes = inject_faults(kinds, domain=domain, speed=speed, seed=seed)
+        outcomes = inject_faults(kinds, domain=domain, speed=options.speed, seed=seed)
         for outcome, (number, _) in zip(outcomes, numbered, strict=False):
             file.add({'kind': outcome.kind, 'number': number}, outcome.to_json())
 

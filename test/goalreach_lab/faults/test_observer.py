@@ -86,3 +86,10 @@ def test_the_clock_at_a_moment_is_the_tick_sent_last_even_of_a_stack_that_began_
     assert [observer.clock_at(wall_ns) for wall_ns in (999, 1000, 1150, 5000)] == [0, 40, 80, 120]
     observer.sent_ns.update({40: 2000, 80: 2100})
     assert [observer.clock_at(wall_ns) for wall_ns in (1999, 2050, 2100)] == [120, 40, 80]
+
+
+def test_a_state_from_the_future_is_compared_with_the_newest_truth() -> None:
+    observer = StackObserver(Arena())
+    observer.on_truth(TICK_NS, truth(2.0), wall_s=0.04)
+    observer.on_state(TICK_NS + 5_000_000_000, state(2.5))
+    assert (observer.overconfident, observer.worst_m) == (1, pytest.approx(0.5))
