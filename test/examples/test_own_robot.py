@@ -80,7 +80,7 @@ def test_dead_reckoning_leads_to_the_goal(tmp_path: Path) -> None:
     assert '1 of 1 paths reached the goal' in output
 
 
-def test_the_page_shows_parameters_and_options_that_exist() -> None:
+def test_the_page_names_the_examples() -> None:
     page = (EXAMPLES.parent / 'docs' / 'how-to' / 'robot.md').read_text()
     for name in ('own_robot.py', 'own_localizer.py'):
         assert f'examples/{name}' in page

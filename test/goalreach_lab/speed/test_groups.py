@@ -41,6 +41,7 @@ def test_rows_without_a_graph(name: str, monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.parametrize('name', GRAPHS)
 def test_rows_of_a_graph(name: str) -> None:
     rows = rows_of(name, BUDGET)
+    assert rows
     alone = [row.name for row in rows if row.reference is None]
     assert len(alone) == (2 if name == 'lockstep' else 0)
     if name == 'lockstep':
