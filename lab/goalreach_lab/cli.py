@@ -17,23 +17,13 @@ from goalreach_lab.row import BenchRow
 SUMMARY = 'Benchmarks against floors and peers of the same run, and the studies of the documents'
 
 SUITES: Final[Mapping[str, str]] = {
-    'performance': 'speed.suite',
-    'all': 'everything',
-    'abroad': 'abroad.suite',
-    'faults': 'faults.suite',
-    'fuzz': 'fuzz.suite',
-    'learners': 'learners.suite',
-    'learning-peers': 'speed.learning_peers',
-    'localization': 'localization.suite',
-    'mutation': 'mutation',
-    'obstacles': 'behaviors.suite',
-    'page': 'speed.dashboard',
-    'page-day': 'speed.dashboard_day',
-    'recording': 'speed.recording',
-    'reproduction': 'reproduction.suite',
-    'soak': 'faults.soak',
-    'starts': 'faults.starts',
-}
+    'performance': 'speed.suite', 'all': 'everything', 'abroad': 'abroad.suite',
+    'faults': 'faults.suite', 'fuzz': 'fuzz.suite', 'learners': 'learners.suite',
+    'learning-peers': 'speed.learning_peers', 'localization': 'localization.suite',
+    'mutation': 'mutation', 'obstacles': 'behaviors.suite', 'page': 'speed.dashboard',
+    'page-day': 'speed.dashboard_day', 'recording': 'speed.recording',
+    'reproduction': 'reproduction.suite', 'soak': 'faults.soak', 'starts': 'faults.starts',
+}  # fmt: skip
 """Module of each suite, with `SUMMARY`, `Options` and `execute(options)`, which returns rows."""
 
 _DEFAULT = 'performance'

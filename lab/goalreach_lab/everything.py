@@ -21,8 +21,7 @@ SUMMARY: Final = 'All studies of the documents, one after another; tells how lon
 
 _STUDIES: Final = Path(__file__).with_name('everything.yaml')
 _ROOT: Final = Path(__file__).resolve().parents[2]
-_ENDED: Final = (0, 1)
-"""Exit statuses of a study that has finished: its goals are met, or some are not."""
+_ENDED: Final = (0, 1)  # its goals are met, or some are not
 
 
 @dataclass(frozen=True, kw_only=True)

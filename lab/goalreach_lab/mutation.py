@@ -100,7 +100,7 @@ def is_noticed(module: str, text: str) -> bool:
         text: Its text.
     """
     with tempfile.TemporaryDirectory() as folder:
-        tree = Path(folder) / 'tree'
+        tree = Path(folder, 'tree')
         ignore = shutil.ignore_patterns('.*', '__pycache__', 'build', 'install', 'log', 'out')
         shutil.copytree(_ROOT, tree, ignore=ignore)
         (tree / module).write_text(text)

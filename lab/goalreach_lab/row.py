@@ -5,6 +5,8 @@ import math
 import operator
 from typing import Any
 
+from goalreach_evaluation.path_metrics import wilson_interval
+
 _RELATIONS = {'<=': operator.le, '>=': operator.ge}
 
 
@@ -58,6 +60,25 @@ class BenchRow:
         """Return the row of a count whose goal is zero."""
         goal = Goal(of='ours', relation='<=', bound=0.0)
         return cls(name=name, unit=unit, ours=count, goal=goal, n=n, note=note)
+
+    @classmethod
+    def share(
+        cls,
+        name: str,
+        count: int,
+        n: int,
+        *,
+        unit: str,
+        least: float | None = None,
+        note: str = '',
+    ) -> 'BenchRow':
+        """Return the row of a share in percent, its 95 % interval before the note."""
+        low, high = wilson_interval(count, n)
+        goal = None if least is None else Goal(of='ours', relation='>=', bound=least)
+        interval = f'95 % interval {100 * low:.2f} to {100 * high:.2f} %'
+        return cls(
+            name=name, unit=unit, ours=100 * count / n, goal=goal, n=n, note=interval + note
+        )
 
     @property
     def ratio(self) -> float | None:

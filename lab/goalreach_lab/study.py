@@ -46,15 +46,6 @@ class Study:
     analyse: Callable[[Sequence[Result]], Any] = list
     rows: Callable[[Any], list[BenchRow]] = lambda _: []
 
-    def results_file(self, folder: Path | None) -> StudyFile:
-        """Return the file of results in a folder; in memory only without a folder.
-
-        Raises:
-            FileFormatError: The file holds results of other settings or cannot be read.
-        """
-        path = None if folder is None else folder / f'{self.name}.jsonl'
-        return StudyFile(path, key=self.key, settings=self.settings, seed=self.seed)
-
 
 def run_study(
     study: Study, folder: Path | None = None, *, measure: bool = True
@@ -72,7 +63,8 @@ def run_study(
     Raises:
         FileFormatError: The file of results is refused or cannot be written.
     """
-    file = study.results_file(folder)
+    path = None if folder is None else folder / f'{study.name}.jsonl'
+    file = StudyFile(path, key=study.key, settings=study.settings, seed=study.seed)
     file.tell_others()
     missing = file.missing(study.cases)
     if measure and missing:

@@ -26,12 +26,9 @@ def code_version(*folders: str) -> str:
     commands = (['log', '-1', '--format=%h', '--abbrev=10'], ['status', '--porcelain', '-uno'])
     try:
         commit, changed = (
-            subprocess.run(
-                ['git', '-C', str(_ROOT), *words, '--', *folders],
-                capture_output=True,
-                text=True,
-                check=True,
-            ).stdout.strip()
+            subprocess.check_output(
+                ['git', '-C', _ROOT, *words, '--', *folders], stderr=subprocess.DEVNULL, text=True
+            ).strip()
             for words in commands
         )
         return commit + '+' * bool(changed)

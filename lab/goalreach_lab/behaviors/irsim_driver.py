@@ -4,18 +4,13 @@ It knows every obstacle and its velocity, and its own pose, exactly; it has no c
 no noise. Its robot has the shape and the limits of ours, and stops for good where it collides.
 """
 
-import contextlib
-import io
 import itertools
 import math
-from pathlib import Path
-import tempfile
 from typing import Any, Final
 
 import numpy as np
-import yaml
 
-from goalreach_lab.rigs.random_drives import irsim_line, irsim_robot
+from goalreach_lab.rigs.random_drives import irsim_line, irsim_robot, make_irsim
 from goalreach_lab.study import Result
 from goalreach_msgs_py.arena import BODY_RADIUS_M, Arena
 from goalreach_msgs_py.obstacles import Obstacle
@@ -36,14 +31,7 @@ def drive_irsim(arena: Arena, start: Pose2, timeout_s: float) -> Result:
         start: Where the robot begins.
         timeout_s: Time after which the path ends.
     """
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        import irsim
-
-        path = Path(folder) / 'world.yaml'
-        path.write_text(yaml.safe_dump(_world(arena, start)))
-        environment: Any = irsim.make(
-            str(path), display=False, disable_all_plot=True, log_level='ERROR'
-        )
+    environment = make_irsim(_world(arena, start))
     robot, moving = environment.robot, [one for one in arena.obstacles if one.track_m]
     bodies = environment.obstacle_list[-len(moving) :] if moving else []
     x0_m, y0_m, x1_m, y1_m = arena.regions.bounds(arena.regions.goal)

@@ -23,15 +23,9 @@ from goalreach_perception.state_estimator import StateEstimatorConfig
 from goalreach_sim.simulator_config import FaultParameters, SimulatorConfig, TimeConfig
 
 _CLASSES: Final[tuple[type[object], ...]] = (
-    SimulatorConfig,
-    TimeConfig,
-    RegionConfig,
-    FaultParameters,
-    LocalizerConfig,
-    StateEstimatorConfig,
-    ControllerConfig,
-    MissionConfig,
-)
+    SimulatorConfig, TimeConfig, RegionConfig, FaultParameters, LocalizerConfig,
+    StateEstimatorConfig, ControllerConfig, MissionConfig,
+)  # fmt: skip
 _WORDS: Final = (
     '--policy', '--mode', '--paths', '--arena', '--starts', '--start', '--clock', '--speed',
     '--noise', '--learn', '--record', '--storage', '--composed', '--params-file', '--summary',

@@ -88,7 +88,7 @@ def message_readers() -> list[Reader]:
     frame = Simulator(SimulatorConfig(), np.random.default_rng(0)).sense()
     odometry = odometry_to_raw(frame.odometry, _STAMP, frame_id='odom')
     bumpers = bumpers_to_raw(frame.bumpers, _STAMP, body_radius_m=0.2, scan_time_s=0.04)
-    estimate = estimate_to_raw(_estimate(), _STAMP)
+    estimate = estimate_to_raw(uniform_estimate(3.0, 5.0), _STAMP)
     q_table = q_table_to_raw(np.zeros((3, 3, 8)))
     readers = [
         _message('Odometry', Odometry, odometry, odometry_from_raw),
@@ -106,18 +106,13 @@ def message_readers() -> list[Reader]:
     return [*readers, localizer_reader(), estimator_reader(), controller_reader(), robot_reader()]
 
 
-def _estimate() -> Any:
-    localizer = LandmarkLocalizer(LocalizerConfig())
-    return localizer._uniform  # noqa: SLF001 - any valid pose
-
-
 def _landmarks() -> bytes:
     seen = LandmarkObservation(u_px=10.0, v_px=20.0, peak_dn=200.0)
     return landmarks_to_raw((seen, None, seen), _STAMP)
 
 
 def _state() -> RegionState:
-    return StateEstimator(StateEstimatorConfig()).estimate(_estimate())
+    return StateEstimator(StateEstimatorConfig()).estimate(uniform_estimate(3.0, 5.0))
 
 
 def _transition() -> bytes:
@@ -178,10 +173,8 @@ def localizer_reader() -> Reader:
 
 def estimator_reader() -> Reader:
     """Return the core of the estimator, fed with mutated poses."""
-    estimator, valid = (
-        StateEstimator(StateEstimatorConfig()),
-        estimate_to_raw(uniform_estimate(3.0, 5.0), _STAMP),
-    )
+    estimator = StateEstimator(StateEstimatorConfig())
+    valid = estimate_to_raw(uniform_estimate(3.0, 5.0), _STAMP)
 
     def attempt(rng: np.random.Generator) -> object:
         raw = mutate_message(valid, PoseWithCovarianceStamped, rng)
@@ -196,13 +189,9 @@ def estimator_reader() -> Reader:
 
 def controller_reader() -> Reader:
     """Return the core of the controller, fed with mutated states."""
-    estimator = StateEstimator(StateEstimatorConfig())
     policy = Policy.unlearned(Arena().regions)
     controller = GoalReachingController(ControllerConfig(), policy, np.random.default_rng(0))
-    valid, ticks = (
-        state_to_raw(estimator.estimate(uniform_estimate(3.0, 5.0)), _STAMP),
-        iter(range(1, 2**62)),
-    )
+    valid, ticks = state_to_raw(_state(), _STAMP), iter(range(1, 2**62))
 
     def attempt(rng: np.random.Generator) -> object:
         tick = next(ticks)

@@ -110,11 +110,9 @@ def _covariance(
 
 def _in_image(projection: Projection, camera: PinholeCamera) -> NDArray[np.bool_]:
     """Return which LEDs are in the image."""
-    u, v = projection.pixels_px.T
-    seen: NDArray[np.bool_] = (
-        (u > 0) & (v > 0) & (u < camera.width_px - 1) & (v < camera.height_px - 1)
-    )
-    return seen & (projection.depth_m > 0.06)  # noqa: PLR2004 - just above the model's floor
+    last_px = (camera.width_px - 1, camera.height_px - 1)
+    inside = (projection.pixels_px > 0) & (projection.pixels_px < last_px)
+    return np.asarray(inside.all(axis=1) & (projection.depth_m > 0.06))  # noqa: PLR2004 - just above the model's floor
 
 
 def bound_study(*, images: int, labelled: int, seed: int, jobs: int) -> Study:

@@ -13,7 +13,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
-from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot
+from goalreach_lab.localization.waypoint_robot import FRAMES_PER_S, WaypointRobot, inputs_of
 from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Case, Result, Study, per_case
 from goalreach_msgs_py.cdr import MessageError
@@ -31,7 +31,6 @@ from goalreach_perception.localizer_output import LocalizerOutput
 from goalreach_sim.sensors import SensorFrame
 
 _Spoil = Callable[[SensorFrame, np.random.Generator], dict[str, Any]]
-_INPUTS: Final = ('time_ns', 'image', 'camera', 'joints', 'odometry')
 _TRACKED_FRAMES: Final = 150
 _BAD_FRAMES: Final = 40
 _RECOVERY_FRAMES: Final = 250
@@ -128,10 +127,11 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
         robot.simulator.command_drive(_FORWARD)
         robot.simulator.advance()
         frame = robot.simulator.sense()
-        inputs = {field: getattr(frame, field) for field in _INPUTS}
         stale = {'odometry': before} if name == _STALE else {}
         outputs.append(
-            robot.localizer.process(**{**inputs, **BAD_INPUTS[name](frame, rng), **stale})
+            robot.localizer.process(
+                **{**inputs_of(frame), **BAD_INPUTS[name](frame, rng), **stale}
+            )
         )
     last, refused = outputs[-1], [one for one in outputs if one.mode != 'tracking']
     steps = enumerate(robot.run(_RECOVERY_FRAMES))

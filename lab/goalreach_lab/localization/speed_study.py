@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from goalreach_lab.localization.frame_log import percentiles
-from goalreach_lab.localization.waypoint_robot import Step, WaypointRobot
+from goalreach_lab.localization.waypoint_robot import Step, WaypointRobot, inputs_of
 from goalreach_lab.rigs.localization_peers import BlobsAndP3P, FilterpyEkf, SpotsAndLeastSquares
 from goalreach_lab.row import BenchRow, Goal
 from goalreach_lab.study import Case, Result, Study, per_case
@@ -140,17 +140,8 @@ def _measure(case: Case, *, seed: int) -> Result:
 
 def _acquire(step: Step, config: LocalizerConfig, timings: InterleavedTimings) -> None:
     """Let a new localizer find the pose in one image."""
-    localizer, frame = LandmarkLocalizer(config), step.frame
-    output = timings.time(
-        _ACQUISITION,
-        lambda: localizer.process(
-            time_ns=frame.time_ns,
-            image=frame.image,
-            camera=frame.camera,
-            joints=frame.joints,
-            odometry=frame.odometry,
-        ),
-    )
+    localizer, inputs = LandmarkLocalizer(config), inputs_of(step.frame)
+    output = timings.time(_ACQUISITION, lambda: localizer.process(**inputs))
     if output.counters.acquired:
         timings.solve(_ACQUISITION, localizer.filter.pose)
 

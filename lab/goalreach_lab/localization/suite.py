@@ -16,17 +16,11 @@ SUMMARY = 'Accuracy, consistency, robustness and speed of the localizer'
 PARTS = ('bound', 'noise', 'drives', 'consistency', 'kidnap', 'long', 'inputs', 'speed')
 
 _SIZES = {
-    'bound_images': (300, 4000),
-    'labelled_images': (2, 20),
-    'noise_robots': (2, 4),
-    'starts': (22, 200),
-    'calibrated_robots': (1, 4),
-    'runs': (12, 100),
-    'run_seconds': (20.0, 60.0),
-    'kidnaps': (60, 2000),
-    'hours': (0.05, 24.0),
+    'bound_images': (300, 4000), 'labelled_images': (2, 20), 'noise_robots': (2, 4),
+    'starts': (22, 200), 'calibrated_robots': (1, 4), 'runs': (12, 100),
+    'run_seconds': (20.0, 60.0), 'kidnaps': (60, 2000), 'hours': (0.05, 24.0),
     'frames': (400, 1000),
-}
+}  # fmt: skip
 """Default size of each study, and that of docs/LOCALIZATION.md."""
 
 
@@ -53,7 +47,7 @@ class Options(DocumentOptions):
     hours: float | None = _size('hours', 'length of the long drive, h')
     frames: int | None = _size('frames', 'images that are timed')
     figures: Path | None = option(
-        None, 'folder of the figures (default: `figures` beside --out)', metavar='DIR'
+        None, 'folder of the figures, if not beside --out', metavar='DIR'
     )
 
     def size(self, name: str) -> Any:

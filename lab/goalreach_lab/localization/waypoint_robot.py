@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -34,6 +34,13 @@ def random_pose(rng: np.random.Generator) -> Pose2:
         y_m=float(rng.uniform(*_Y_RANGE_M)),
         heading_rad=float(rng.uniform(-math.pi, math.pi)),
     )
+
+
+def inputs_of(frame: SensorFrame) -> dict[str, Any]:
+    """Return what the localizer processes of a frame, by the names of its arguments."""
+    return {
+        name: getattr(frame, name) for name in ('time_ns', 'image', 'camera', 'joints', 'odometry')
+    }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,13 +104,7 @@ class WaypointRobot:
 
     def localize(self, frame: SensorFrame) -> LocalizerOutput:
         """Return the localizer's output for a frame."""
-        return self.localizer.process(
-            time_ns=frame.time_ns,
-            image=frame.image,
-            camera=frame.camera,
-            joints=frame.joints,
-            odometry=frame.odometry,
-        )
+        return self.localizer.process(**inputs_of(frame))
 
     def run(self, steps: int) -> Iterator[Step]:
         """Yield the steps of a drive."""

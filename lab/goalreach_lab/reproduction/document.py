@@ -9,12 +9,7 @@ from scipy.stats import norm, sem
 
 from goalreach_evaluation.path_metrics import wilson_interval
 from goalreach_lab.report import bench_table, machine
-from goalreach_lab.reproduction.driving_study import (
-    OUTCOMES,
-    DrivenPath,
-    from_same_starts,
-    to_goal,
-)
+from goalreach_lab.reproduction.driving_study import OUTCOMES, DrivenPath, to_goal
 from goalreach_lab.reproduction.learning import SETTLED, SUCCESS, VALUES
 from goalreach_lab.row import BenchRow
 from goalreach_lab.template import table
@@ -107,6 +102,12 @@ def driving_values(driven: Conditions) -> dict[str, object]:
         'outcomes': outcome_table(driven),
         'modes': mode_table(driven),
     }
+
+
+def from_same_starts(conditions: Sequence[Sequence[DrivenPath]]) -> list[list[DrivenPath]]:
+    """Return, of each condition, the paths from those starts that are driven in all of them."""
+    common = set.intersection(*({path.number for path in paths} for paths in conditions))
+    return [[path for path in paths if path.number in common] for paths in conditions]
 
 
 def outcome_table(driven: Conditions) -> str:

@@ -1,7 +1,7 @@
 """Many paths with images in the loop, over modes, noise, starts, arenas and policies."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 import functools
 import math
 from typing import Final
@@ -46,7 +46,7 @@ class Condition:
     arena: Arena
     policy: Policy
     mode: str = 'fuzzy'
-    noise: NoiseModel
+    noise: NoiseModel = field(default_factory=lambda: noise_preset('nominal'))
     kind: str = 'random'
     paths: int
     seed: int
@@ -134,12 +134,6 @@ def distance_to_goal(start: Pose2, regions: RegionMap) -> float:
 def to_goal(paths: Sequence[DrivenPath]) -> list[DrivenPath]:
     """Return the paths that reached the goal."""
     return [path for path in paths if path.outcome == 'goal']
-
-
-def from_same_starts(conditions: Sequence[Sequence[DrivenPath]]) -> list[list[DrivenPath]]:
-    """Return, of each condition, the paths from those starts that are driven in all of them."""
-    common = set.intersection(*({path.number for path in paths} for paths in conditions))
-    return [[path for path in paths if path.number in common] for paths in conditions]
 
 
 def driving_study(conditions: Sequence[Condition], *, name: str, seed: int, jobs: int) -> Study:
@@ -231,7 +225,6 @@ def arena_conditions(seed: int, paths: int) -> dict[str, Condition]:
             name=f'arena {name}',
             arena=arena,
             policy=choose_policy(None, arena, training),
-            noise=noise_preset('nominal'),
             paths=paths,
             seed=seed,
         )
@@ -256,7 +249,6 @@ def policy_conditions(policies: Mapping[int, Policy], paths: int) -> list[Condit
                     name=f'learned {kind} {seed}',
                     arena=arena,
                     policy=driven,
-                    noise=noise_preset('nominal'),
                     paths=paths,
                     seed=seed,
                 )

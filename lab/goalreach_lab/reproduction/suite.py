@@ -3,21 +3,20 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from goalreach_evaluation.path_metrics import wilson_interval
 from goalreach_lab.options import DocumentOptions
 from goalreach_lab.reproduction.driving_study import Condition, DrivenPath, to_goal
-from goalreach_lab.row import BenchRow, Goal
+from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Study, find
 from goalreach_msgs_py.options import option
 
 SUMMARY = 'Measure every claim of the paper and write REPRODUCTION.md'
 
 
-def _size(default: int, description: str) -> Any:
-    return option(default, description, minimum=1)
+_size = partial(option, minimum=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,12 +112,8 @@ def _drive(
 
 def _compare_policies(options: Options) -> dict[str, object]:
     """Return the placeholders of the policies learned with images, and without."""
-    from goalreach_lab.reproduction.document import learned_table
-    from goalreach_lab.reproduction.driving_study import (
-        from_same_starts,
-        image_learning_study,
-        policy_conditions,
-    )
+    from goalreach_lab.reproduction.document import from_same_starts, learned_table
+    from goalreach_lab.reproduction.driving_study import image_learning_study, policy_conditions
 
     policies = _find(
         options,
@@ -162,15 +157,7 @@ def _goal_row(name: str, paths: Sequence[DrivenPath], least: float | None) -> Be
         paths: Its paths, at least one.
         least: Goal of the row in percent, or None.
     """
-    reached = len(to_goal(paths))
-    low, high = wilson_interval(reached, len(paths))
+    reached, title = len(to_goal(paths)), f'{name}: goal reached'
     lost = Counter(path.outcome for path in paths if path.outcome != 'goal')
-    return BenchRow(
-        name=f'{name}: goal reached',
-        unit='% of paths',
-        ours=100.0 * reached / len(paths),
-        goal=None if least is None else Goal(of='ours', relation='>=', bound=least),
-        n=len(paths),
-        note=f'95 % interval {100 * low:.2f} to {100 * high:.2f} %'
-        + ''.join(f'; {outcome} {count}' for outcome, count in sorted(lost.items())),
-    )
+    note = ''.join(f'; {outcome} {count}' for outcome, count in sorted(lost.items()))
+    return BenchRow.share(title, reached, len(paths), unit='% of paths', least=least, note=note)

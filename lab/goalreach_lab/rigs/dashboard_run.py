@@ -25,12 +25,7 @@ _END_S: Final = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class ClockedRun:
-    """A run that drives.
-
-    Attributes:
-        stack: Its processes.
-        clock: Its clock.
-    """
+    """A run that drives: its processes and its clock."""
 
     stack: Stack
     clock: RunClock
@@ -38,12 +33,7 @@ class ClockedRun:
 
 @dataclass(frozen=True, kw_only=True)
 class ServedPage:
-    """The page of a run.
-
-    Attributes:
-        pid: Id of the process that serves it.
-        url: Its address.
-    """
+    """The page of a run: the id of the process that serves it, and its address."""
 
     pid: int
     url: str

@@ -66,6 +66,17 @@ def is_irsim_installed() -> bool:
     return importlib.util.find_spec('irsim') is not None
 
 
+def make_irsim(world: dict[str, Any]) -> Any:
+    """Return an environment of IR-SIM without a display."""
+    # It prints on import which displays it could not open.
+    with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:
+        import irsim
+
+        path = Path(folder) / 'world.yaml'
+        path.write_text(yaml.safe_dump(world))
+        return irsim.make(str(path), display=False, disable_all_plot=True, log_level='ERROR')
+
+
 class IrSimDrives:
     """IR-SIM with one robot of the same size and limits in the same arena, without a display.
 
@@ -78,16 +89,7 @@ class IrSimDrives:
     """
 
     def __init__(self, arena: Arena, *, step_s: float = STEP_S, lidar_rays: int = 0) -> None:
-        # It prints on import which displays it could not open.
-        with contextlib.redirect_stdout(io.StringIO()):
-            import irsim
-
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder) / 'world.yaml'
-                path.write_text(yaml.safe_dump(_world(arena, step_s, lidar_rays)))
-                self._environment: Any = irsim.make(
-                    str(path), display=False, disable_all_plot=True, log_level='ERROR'
-                )
+        self._environment = make_irsim(_world(arena, step_s, lidar_rays))
 
     def place(self, drives: RandomDrives, index: int) -> None:
         """Put the robot at the start of a drive."""

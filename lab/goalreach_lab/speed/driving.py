@@ -145,12 +145,7 @@ def frame_ms(
 
 
 class Share(NamedTuple):
-    """A module's part of the time.
-
-    Attributes:
-        module: `package.module`.
-        percent: Time spent in it and in what it calls outside the project.
-    """
+    """The part of the time that a `package.module` takes, with what it calls outside of them."""
 
     module: str
     percent: float

@@ -19,16 +19,12 @@ from goalreach_msgs_py.options import option
 SUMMARY = 'How fast everything is, against floors and peers: what `bench` does without a suite'
 
 GROUPS: Final[Mapping[str, str]] = {
-    'lockstep': 'graph_rows.lockstep_rows',
-    'real-time': 'graph_rows.real_time_rows',
-    'start': 'graph_rows.start_rows',
-    'readers': 'graph_rows.reader_rows',
-    'learning': 'core_rows.learning_rows',
-    'driving': 'driving.driving_rows',
-    'localization': 'core_rows.localization_rows',
-    'recording': 'core_rows.recording_rows',
+    'lockstep': 'graph_rows.lockstep_rows', 'real-time': 'graph_rows.real_time_rows',
+    'start': 'graph_rows.start_rows', 'readers': 'graph_rows.reader_rows',
+    'learning': 'core_rows.learning_rows', 'driving': 'driving.driving_rows',
+    'localization': 'core_rows.localization_rows', 'recording': 'core_rows.recording_rows',
     'evaluation': 'core_rows.evaluation_rows',
-}
+}  # fmt: skip
 """Module and function of each group of rows that are measured together."""
 
 _TEMPLATE: Final = Path(__file__).with_name('performance.md')

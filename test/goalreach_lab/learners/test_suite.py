@@ -20,6 +20,7 @@ from goalreach_lab.learners.grids import GRIDS, grid_arena, grid_study
 from goalreach_lab.learners.sitting import course, learned_after, sitting_table
 from goalreach_lab.learners.suite import Options, execute
 from goalreach_lab.study import run_study
+from goalreach_lab.study_file import StudyFile
 
 RUN = {'learned': True, 'paths': 5.0, 'bumps': 4.0, 'length_m': 10.4, 'time_s': 60.2, 'lost': 0}
 NEVER = {**RUN, 'learned': False, 'paths': 0.0, 'lost': 2}
@@ -99,7 +100,8 @@ def test_a_sitting_by_hand() -> None:
 
 
 def test_the_document_holds_what_was_measured_so_far(tmp_path: Path) -> None:
-    file = curve_study(seeds=1, image_seeds=0, seed=7, jobs=1).results_file(tmp_path)
+    study = curve_study(seeds=1, image_seeds=0, seed=7, jobs=1)
+    file = StudyFile(tmp_path / 'curves.jsonl', key=study.key, settings=study.settings)
     for learner in ('planner', 'paper'):
         file.add(case('paper', 0, learner, NO_IMAGES), RUN)
     file.add(case('paper', 0), RUN)

@@ -5,12 +5,13 @@ import pytest
 from goalreach_lab.reproduction.document import (
     difference_of_shares,
     driving_values,
+    from_same_starts,
     learned_table,
     mean_interval,
     mode_table,
     outcome_table,
 )
-from goalreach_lab.reproduction.driving_study import DrivenPath, from_same_starts
+from goalreach_lab.reproduction.driving_study import DrivenPath
 
 
 def driven(

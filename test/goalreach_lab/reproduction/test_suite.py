@@ -15,6 +15,7 @@ from goalreach_lab.reproduction.driving_study import (
 )
 from goalreach_lab.reproduction.suite import Options, execute
 from goalreach_lab.study import Study, find
+from goalreach_lab.study_file import StudyFile
 from goalreach_learning.policy import Policy
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import ConfigurationError
@@ -50,7 +51,7 @@ def options(folder: Path) -> Options:
 
 def keep(study: Study, folder: Path, result: dict[str, Any]) -> None:
     """Keep a made-up result of every case of a study."""
-    file = study.results_file(folder)
+    file = StudyFile(folder / f'{study.name}.jsonl', key=study.key, settings=study.settings)
     for case in study.cases:
         file.add(case, result)
 
