@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import math
 
 import pytest
 from rich.console import Console
@@ -73,3 +75,16 @@ def test_markdown_leaves_empty_columns_out() -> None:
         '| lost | 3 | <= 0 | NO | 1 | [0, 1] of 20 |',
     ]
     assert '| 1.062 (a peer with a long name on our spots) | 0.279 |' in bench_table(ROWS)
+
+
+def test_what_is_not_finite_is_none_in_json() -> None:
+    never = BenchRow(name='never', unit='s', ours=math.inf, reference=math.nan)
+    written = json.loads(json.dumps(never.to_json(), allow_nan=False))
+    assert (written['ours'], written['reference'], written['ratio']) == (None, None, None)
+    assert written['n'] == 1
+
+
+def test_a_share_has_its_interval() -> None:
+    row = BenchRow.share('goal', 9, 10, unit='%', least=95.0, note='; bump 1')
+    assert (row.ours, row.n, row.met) == (90.0, 10, False)
+    assert row.note == '95 % interval 59.58 to 98.21 %; bump 1'

@@ -46,11 +46,11 @@ def execute(options: Options) -> list[BenchRow]:
     Raises:
         GoalreachError: An option is refused or a file cannot be read or written.
     """
-    if not (options.as_it_is or find_spec('mujoco')):
-        raise GoalreachError("the package mujoco is missing: pip install 'goalreach[mujoco]'")
     known = read_yaml(Path(__file__).with_name('cases.yaml'))
     if unknown := set(options.case).difference(known):
         raise ConfigurationError('--case', min(unknown), f'one of {", ".join(known)}')
+    if not (options.as_it_is or find_spec('mujoco')):
+        raise GoalreachError("the package mujoco is missing: pip install 'goalreach[mujoco]'")
     study = Study(
         name='abroad',
         key=('case', 'world', 'starts', 'number'),

@@ -42,7 +42,7 @@ def drive_for_hours(
         seed: Seed of the faults.
         words: Further arguments of `goalreach run`.
         keep: Called with each sample.
-        on_fault: Called with the simulated seconds and the name of each fault.
+        on_fault: Called with the simulated seconds and the name of each fault that has ended.
 
     Raises:
         GoalreachError: The stack does not come up, or stalls.
@@ -59,9 +59,9 @@ def drive_for_hours(
             while graph.observer.clock_s < total_s:
                 _sample_for(graph, rng.uniform(*_PAUSE_S), keep)
                 kind = _draw_kind(rng, may_kill=graph.observer.clock_s < total_s / 5.0)
-                on_fault(graph.observer.clock_s, kind.name)
                 with contextlib.suppress(GoalreachError, ProcessLookupError):
                     injector.inject(kind)
+                    on_fault(graph.observer.clock_s, kind.name)
 
 
 def _draw_kind(rng: np.random.Generator, *, may_kill: bool) -> FaultKind:

@@ -114,7 +114,7 @@ def _rows(tallies: Sequence[Tally]) -> list[BenchRow]:
     rows = [
         BenchRow.none_allowed(
             tally.name,
-            len(tally.tracebacks) + len(tally.hangs),
+            len({*tally.hangs, *(seed for seed, _ in tally.tracebacks)}),
             unit='tracebacks or invalid values',
             n=tally.inputs,
             note=f'{tally.refused} refused, {tally.accepted} accepted, {len(tally.hangs)} hangs',

@@ -1,6 +1,7 @@
 """Invalid images, readings and messages: no pose from them, and one clear reason for each."""
 
 from array import array
+from collections import Counter
 from collections.abc import Callable, Sequence
 import copy
 from dataclasses import replace
@@ -117,9 +118,9 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
     """Give an invalid input to the localizer of a robot, then valid ones.
 
     Returns:
-        'good': number of poses published meanwhile; 'reasons': number of different reasons of the
-        other images; 'reason': the last one, empty where an image has none; 'back_s': time to a
-        pose after valid inputs resumed.
+        'good': number of poses published meanwhile; 'reasons': largest number of different
+        reasons of one mode; 'reason': the last one, empty where an image has none; 'back_s': time
+        to a pose after valid inputs resumed.
     """
     outputs: list[LocalizerOutput] = []
     before = robot.step().frame.odometry
@@ -134,11 +135,12 @@ def _give(robot: WaypointRobot, name: str, rng: np.random.Generator) -> Result:
             )
         )
     last, refused = outputs[-1], [one for one in outputs if one.mode != 'tracking']
+    told = {(one.mode, _NUMBER.sub('#', one.reason)) for one in refused}
     steps = enumerate(robot.run(_RECOVERY_FRAMES))
     back = (frames for frames, step in steps if step.output.mode == 'tracking')
     return {
         'good': sum(output.mode == 'tracking' for output in outputs),
-        'reasons': len({_NUMBER.sub('#', one.reason) for one in refused}),
+        'reasons': max(Counter(mode for mode, _ in told).values(), default=0),
         'reason': f'{last.mode}: {last.reason}' if all(one.reason for one in refused) else '',
         'back_s': next(back, math.inf) / FRAMES_PER_S,
     }

@@ -30,11 +30,13 @@ def test_the_document_holds_what_was_driven_so_far(tmp_path: Path) -> None:
         {'case': 'soft', 'world': 0, 'starts': 'border', 'number': 8},
         {**GOAL, 'outcome': 'false-goal', 'trace': [[1.0, 2.0], [1.0, 1.0]]},
     )
+    file.add({'case': 'soft', 'world': 1, 'starts': 'border', 'number': 17}, SILENT)
     out = tmp_path / 'ABROAD.md'
     options = Options(seed=7, results=tmp_path, as_it_is=True, out=out)
-    (row,) = execute(options)
-    assert (row.ours, row.n, row.met) == (1, 1, False)
-    assert '| soft | --tyres soft | 0 / 1 / 0 / 0 / 0 | 1.00 |' in out.read_text()
+    wrong, short = execute(options)
+    assert (wrong.ours, wrong.n, wrong.met) == (1, 2, False)
+    assert (short.ours, short.met) == (1, False)
+    assert '| soft | --tyres soft | 0 / 1 / 0 / 0 / 1 | 1.00 |' in out.read_text()
     assert (tmp_path / 'figures' / 'abroad_paths.png').exists()
 
 

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from goalreach_lab.cli import main
+from goalreach_lab.fuzz import valid_inputs
+from goalreach_lab.fuzz.configurations import configuration_readers
 from goalreach_lab.fuzz.guided import GUIDED, is_guided_installed, run_guided
 from goalreach_lab.fuzz.mutation import mutate_bytes, mutate_value
 from goalreach_lab.fuzz.reader import (
@@ -134,4 +136,25 @@ def test_every_target_of_guided_fuzzing_has_a_name_and_accepts_its_valid_file(
 def test_atheris_feeds_a_reader(tmp_path: Path) -> None:
     tally = run_guided('noise file', runs=50, seed=1, folder=tmp_path)
     assert tally.inputs == 50
+    assert tally.tracebacks == []
+
+
+def test_a_traceback_of_one_use_of_a_bag_is_not_hidden_by_a_refusal_of_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: Path) -> None:
+        raise TypeError('a defect')
+
+    monkeypatch.setattr(valid_inputs, '_show_bag', fail)
+    reader = {one.name: one for one in valid_inputs.bag_readers(tmp_path)}['bag metadata, mcap']
+    tally = try_inputs(reader, range(10))
+    assert [text.partition(' (')[0] for _, text in tally.tracebacks] == 10 * [
+        'TypeError: a defect'
+    ]
+
+
+def test_options_are_refused_after_the_usage_and_in_one_line() -> None:
+    (reader,) = (one for one in configuration_readers() if one.name == 'options of run')
+    tally = try_inputs(reader, range(20))
+    assert tally.refused > 0
     assert tally.tracebacks == []

@@ -1,4 +1,5 @@
 from pathlib import Path
+import pickle
 
 import numpy as np
 import pytest
@@ -39,6 +40,15 @@ def test_an_interrupted_drive_resumes(tmp_path: Path) -> None:
     assert minutes(1, tmp_path) == whole[:1]
 
 
+def test_a_robot_of_other_code_is_not_driven_on(tmp_path: Path) -> None:
+    other = LongDrive(1)
+    other.minutes, other.code = 2, 'older'
+    (tmp_path / 'long.checkpoint').write_bytes(pickle.dumps(other))
+    driven = run_study(long_drive_study(hours=3 / 60, seed=1, folder=tmp_path), tmp_path)
+    assert [minute['minute'] for minute in driven] == [1, 2, 3]
+    assert driven == run_study(long_drive_study(hours=3 / 60, seed=1, folder=None))
+
+
 def test_hours_of_minutes_by_hand() -> None:
     minute = LongDrive(0).drive() | {
         'good': 1000,
@@ -55,6 +65,8 @@ def test_hours_of_minutes_by_hand() -> None:
     assert found['vision_wrong_share'] == 0.01
     rows = {row.name: row for row in long_drive_rows(found)}
     assert rows[ODOMETRY].ours == 2.0
+    never = long_drive_rows(analyse_minutes([minute]))  # shorter than the ten minutes of the goal
+    assert {row.name: row.met for row in never}[ODOMETRY] is False
 
 
 def test_quantiles_of_a_histogram_by_hand() -> None:
