@@ -10,7 +10,7 @@ def frames(trusted: list[bool]) -> Frames:
     count = len(trusted)
     zeros = np.zeros(count)
     return Frames(
-        time_s=5.0 + 0.04 * np.arange(count),
+        time_s=np.array([5.0 + 0.04 * number for number in range(count)], dtype=np.float64),
         error_in=zeros,
         turned_deg=zeros,
         nees=zeros,
