@@ -1,6 +1,6 @@
 """Train DQN and PPO of stable-baselines3 on the goal-reaching environment.
 
-Needs stable-baselines3, which installs torch: `pip install 'goalreach[sb3]'`. Then:
+Needs stable-baselines3, which installs torch: `pip install '.[sb3]'`. Then:
 
     python examples/stable_baselines3_agents.py --agent dqn --steps 20000 --seed 0
 

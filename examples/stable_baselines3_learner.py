@@ -1,6 +1,6 @@
 """DQN of stable-baselines3 as a learner of the robot.
 
-Needs stable-baselines3, which installs torch: `pip install 'goalreach[sb3]'`. Then:
+Needs stable-baselines3, which installs torch: `pip install '.[sb3]'`. Then:
 
     cd examples
     goalreach train --learner stable_baselines3_learner:DqnLearner --out policy.json
@@ -35,7 +35,7 @@ STEPS: Final = 10**9
 
 
 class DqnLearner(AgentLearner):
-    """DQN of stable-baselines3 (`pip install 'goalreach[sb3]'`)."""
+    """DQN of stable-baselines3 (`pip install '.[sb3]'`)."""
 
     def __init__(self, setup: LearnerSetup) -> None:
         super().__init__(setup, self._begin, self._q)

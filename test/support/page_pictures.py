@@ -1,4 +1,6 @@
-"""Makes the pictures of the live page anew: `python3 test/support/page_pictures.py [FOLDER]`.
+"""Makes the pictures of the live page anew, where `run_tests.py` has set up `.venv`:
+
+PYTHONPATH=lab .venv/bin/python test/support/page_pictures.py [FOLDER]
 
 Without FOLDER they replace those in `docs/figures`; with one, the states at the width of a phone
 are made too. Each is taken of a real run in Chromium.
@@ -50,15 +52,19 @@ class Album:
         self._folder = folder
         self._phone = phone
 
-    def take(self, page: Page, name: str) -> None:
-        """Take a picture at the width of a laptop, and at that of a phone where wanted."""
+    def take(self, page: Page, name: str, *, top: str = 'status') -> None:
+        """Take a picture at the width of a laptop, and at that of a phone where wanted.
+
+        The window is scrolled to the section that holds the element `top`.
+        """
         sizes = {'': (1440, 900)}
         if self._phone:
             sizes = {'_phone': (390, 844), **sizes}
         for suffix, (width, height) in sizes.items():
             size = {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': False}
             page.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
-            page.driver.execute_script('window.scrollTo(0, 0)')
+            script = '(arguments[0].closest("section") || document.body).scrollIntoView()'
+            page.driver.execute_script(script, page.find(top))
             path = self._folder / f'{name}{suffix}.png'
             page.driver.save_screenshot(str(path))
             if self._phone:
@@ -72,7 +78,8 @@ class Album:
 
     def driving(self) -> None:
         """A run in real time: fuzzy, crisp and dark, paused, placing, silent, ended."""
-        with _run('--start', '0.6,4.5,-90', '--speed', '2') as (pid, url), open_page(url) as page:
+        words = ('--policy', 'paper', '--start', '0.6,4.5,-90', '--speed', '2')
+        with _run(*words) as (pid, url), open_page(url) as page:
             page.until(lambda: page.text('status') == 'driving')
             page.until(lambda: page.text('path') == '3')
             time.sleep(_SETTLED_S / 2)
@@ -102,7 +109,7 @@ class Album:
             page.until(lambda: page.find('replay-time').get_property('value') == '1')
             os.kill(pid, signal.SIGTERM)
             page.until(lambda: page.text('status') == 'run ended')
-            self.take(page, 'dashboard_ended')
+            self.take(page, 'dashboard_ended', top='replay')
 
     def learning(self) -> None:
         """A run that learns, in lockstep."""

@@ -138,21 +138,10 @@ def _defaults(
     first = learning.first_path if learning else 0
     paths = learning.remaining(options.paths, len(numbers) // 3) if learning else options.paths
     mission = MissionConfig(
-<<<<<<< HEAD
         policy=policy_path, policy_out=policy_path if learning else '',
-        starts=numbers, first_path=first, paths=first + paths, seed=options.seeds.controller,
+        starts=numbers, first_path=first, paths=first + paths,
+        paths_per_trial=len(numbers) // 3, seed=options.seeds.controller,
     )  # fmt: skip
-=======
-        policy=policy_path,
-        policy_out=policy_path if learning else '',
-        starts=numbers,
-        first_path=first,
-        paths=first + paths,
-        paths_per_trial=len(numbers) // 3,
-        consumer=topics.MONITOR,
-        seed=options.seeds.controller,
-    )
->>>>>>> 081a7bb (A robot that is not placed learns in the trials that are announced)
     noise = noise_preset(options.noise)
     configs: dict[str, tuple[object, ...]] = {
         topics.ROBOT: (
