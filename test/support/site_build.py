@@ -50,7 +50,7 @@ NAVIGATION: Mapping[str, Sequence[str]] = {
         'What learners need <LEARNERS>',
         'Localization <LOCALIZATION>',
         'Faults <FAULTS>',
-        'In a world that is not ours <ABROAD>',
+        'Driving in a MuJoCo world <ABROAD>',
         'Robustness <ROBUSTNESS>',
         'Performance <PERFORMANCE>',
     ),

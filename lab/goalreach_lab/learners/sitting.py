@@ -1,4 +1,4 @@
-"""One sitting: the planner learns over the graph in real time, from nothing."""
+"""A session: the planner learns over the graph in real time, from nothing."""
 
 from collections.abc import Mapping, Sequence
 import functools
@@ -22,16 +22,16 @@ from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.errors import GoalreachError
 
 PATHS: Final = 12
-"""Paths of a sitting: more than 95 % of all need. Chosen."""
+"""Paths of a session: more than 95 % of all need. Chosen."""
 _LIMIT_S: Final = 600.0
 _POLL_S: Final = 0.2
 
 
 def sitting_study(*, sittings: int, seed: int) -> Study:
-    """Return the study of sittings: images, DDS and real time, starts in random order.
+    """Return the study of sessions: images, DDS and real time, starts in random order.
 
     Args:
-        sittings: Number of sittings.
+        sittings: Number of sessions.
         seed: Seed of everything random.
     """
     return Study(
@@ -62,7 +62,7 @@ def _measure(case: Case, *, seed: int) -> Result:
         finally:
             stack.stop()
         if not summary.exists():
-            raise GoalreachError(f'the sitting ended: {"; ".join(list(stack.lines)[-1:])}')
+            raise GoalreachError(f'the session ended: {"; ".join(list(stack.lines)[-1:])}')
         paths = json.loads(summary.read_text())['paths']
     kept = ('outcome', 'duration_s', 'length_m')
     return {
@@ -102,15 +102,15 @@ def learned_after(result: Result) -> int | None:
 
 def _rows(results: Sequence[Result]) -> list[BenchRow]:
     missed = sum(learned_after(one) is None for one in results)
-    return [BenchRow.none_allowed('sittings that learned not all starts', missed, n=len(results))]
+    return [BenchRow.none_allowed('sessions that learned not all starts', missed, n=len(results))]
 
 
 def sitting_table(results: Sequence[Mapping[str, Any]]) -> str:
-    """Return what each sitting needed."""
+    """Return what each session needed."""
     rows = []
     for one in results:
         paths = learned_after(one)
         passed_min, bumps, _ = course(one)[-1 if paths is None else paths - 1]
         needed = ('never', '-', '-') if paths is None else (paths, bumps, f'{passed_min:.1f}')
         rows.append((one['number'] + 1, *needed))
-    return table(('sitting', 'paths until 22 of 22', 'bumps', 'minutes'), rows)
+    return table(('session', 'paths until 22 of 22', 'bumps', 'minutes'), rows)

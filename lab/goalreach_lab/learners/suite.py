@@ -1,4 +1,4 @@
-"""The learners suite: what a learner needs, other grids, one sitting; docs/LEARNERS.md."""
+"""The learners suite: what a learner needs, other grids, sessions in real time; docs/LEARNERS.md."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,7 @@ from goalreach_lab.row import BenchRow
 from goalreach_lab.study import Study, find
 from goalreach_msgs_py.options import option
 
-SUMMARY = 'Paths and bumps that learners need; other grids; one sitting over the graph'
+SUMMARY = 'Paths and bumps that learners need; other grids; sessions over the graph'
 PARTS: Final = ('curves', 'grids', 'sitting')
 
 
@@ -21,7 +21,7 @@ class Options(DocumentOptions):
     seeds: int = option(200, 'runs of each learner in each arena', minimum=1)
     image_seeds: int = option(20, 'runs of the other learners with images', minimum=1)
     starts: int = option(500, 'random starts in each grid', minimum=1)
-    sittings: int = option(3, 'sittings over the graph, in real time', minimum=1)
+    sittings: int = option(3, 'sessions over the graph, in real time', minimum=1)
 
 
 def execute(options: Options) -> list[BenchRow]:

@@ -1,4 +1,4 @@
-"""The functions of the public face: train, evaluate, simulate, figures."""
+"""The functions of the public interface: train, evaluate, simulate, figures."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

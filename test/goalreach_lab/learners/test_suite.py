@@ -112,7 +112,7 @@ def test_the_document_holds_what_was_measured_so_far(tmp_path: Path) -> None:
     assert (
         f'| planner | paper | {IMAGES} | 1 | 1 | 5 / 5 | 4 / 4 | 10 / 10 | 60 / 60 | 0 |' in text
     )
-    assert '## One sitting' not in text
+    assert '## A session in real time' not in text
     assert (tmp_path / 'figures' / 'learners_profiles.png').exists()
 
 
