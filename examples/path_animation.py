@@ -16,7 +16,7 @@ if not sys.argv[1:]:
     sys.exit(__doc__)
 START = (0.4, 4.6, -90.0)
 FRAMES, HELD, PER_SECOND = 48, 12, 12
-BODY_M = 0.24
+BODY_M = 0.225
 STYLES = {'fuzzy': ('#0072b2', '-'), 'crisp': ('#d55e00', '--')}
 
 arena, policy = goalreach.Arena(), goalreach.train(seed=7)

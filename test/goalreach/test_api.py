@@ -1,4 +1,4 @@
-"""The public interface: its doctests, its equality with the commands, and what importing it loads."""
+"""The public interface: doctests, equality with the commands, and what importing it loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The learners suite: what a learner needs, other grids, sessions in real time; docs/LEARNERS.md."""
+"""The learners suite: what learners need, other grids, real-time sessions; docs/LEARNERS.md."""
 
 from dataclasses import dataclass
 from pathlib import Path
