@@ -218,30 +218,34 @@ def _draw(paths: Sequence[Result], folder: Path) -> None:
 
     from goalreach_evaluation.figures.figure_file import write_figure
 
-    figure = Figure(figsize=(12.0, 7.2), layout='constrained')
+    figure = Figure(figsize=(12.0, 7.6), layout='constrained')
     for axes, path in zip(figure.subplots(2, 5).flat, paths, strict=False):
         arena = random_arena(path['arena'])
         x0_m, y0_m, x1_m, y1_m = arena.regions.bounds(arena.regions.goal)
-        shapes: list[Any] = [Rectangle((x0_m, y0_m), x1_m - x0_m, y1_m - y0_m, color='#cfe8df')]
+        look: dict[str, Any] = {'color': '#cfe8df', 'label': 'goal region'}
+        axes.add_patch(Rectangle((x0_m, y0_m), x1_m - x0_m, y1_m - y0_m, **look))
         for one in arena.obstacles:
-            look: dict[str, Any] = {
-                'facecolor': '#d8c3a5' if one.track_m else '#8d7b68',
-                'edgecolor': 'black',
-            }
+            look = {'fc': '#8d7b68b0', 'ec': 'black', 'label': 'obstacle'}
+            if one.track_m:
+                look |= {'fc': '#d8c3a5b0', 'label': 'moving obstacle'}
+                track = np.array([(one.x_m, one.y_m), *one.track_m])
+                axes.plot(*track.T, ':', color='#b08050', label='track')
             corner = (one.x_m - one.length_m / 2, one.y_m - one.width_m / 2)
             look |= {} if one.radius_m else {'angle': math.degrees(one.heading_rad)}
-            shapes.append(
+            axes.add_patch(
                 Circle((one.x_m, one.y_m), one.radius_m, **look)
                 if one.radius_m
                 else Rectangle(corner, one.length_m, one.width_m, rotation_point='center', **look)
             )
-            track = np.array([(one.x_m, one.y_m), *one.track_m])
-            axes.plot(*track.T, ':', color='#b08050')
-        for shape in shapes:
-            axes.add_patch(shape)
-        axes.plot(*np.array(path['trace']).T, color='#0072b2')
-        axes.plot(*path['trace'][0], 'o', color='#0072b2')
+        axes.plot(*np.array(path['trace']).T, color='#0072b2', label='path')
+        axes.plot(*path['trace'][0], 'o', color='#0072b2', label='start')
         axes.set(xlim=(0, arena.width_m), ylim=(0, arena.length_m), aspect='equal')
         bumps = f', {path["bumps"]} bump(s)' if path['bumps'] else ''
-        axes.set_title(f'{path["arena"]}: {path["outcome"]}{bumps}, {path["duration_s"]:.0f} s')
+        title = f'seed {path["arena"]}: {path["outcome"]}{bumps}, {path["duration_s"]:.0f} s'
+        axes.set_title(title, fontsize=10)
+    figure.supxlabel('x (m)')
+    figure.supylabel('y (m)')
+    artists = [one for axes in figure.axes for one in axes.get_legend_handles_labels()[0]]
+    named = {str(one.get_label()): one for one in artists}
+    figure.legend(named.values(), named, loc='outside upper center', ncols=len(named))
     write_figure(figure, folder, 'obstacles')

@@ -36,24 +36,27 @@ def _profiles(found: Mapping[Group, Sequence[Result]]) -> Figure:
             shares = 100.0 * np.arange(1, len(values) + 1) / len(values)
             name, finite = learner.rpartition(':')[2], np.isfinite(values)
             axes.step(values[finite], shares[finite], line, where='post', color=color, label=name)
-        axes.set(xlabel=f'{field} until all starts lead to the goal', ylabel='runs, %')
-        axes.set_xscale('log')
+        axes.set_xscale('symlog', linthresh=1.0)  # some runs need no bump
+        axes.set(
+            xlabel=f'{field} until all starts lead to the goal', ylabel='runs, %', xlim=(0, None)
+        )
         axes.grid(color=_GRID)
     axes.legend(fontsize=8)
+    figure.suptitle(f'Arena of the paper, {NO_IMAGES}', fontsize=11)
     return figure
 
 
 def _sittings(sittings: Sequence[Result]) -> Figure:
-    """Return over minutes how many starts lead to the goal, with a mark at each bump."""
+    """Return over minutes how many starts lead to the goal; bumps in a row below for each."""
     figure = Figure(figsize=(7.0, 3.6), layout='constrained')
     axes = figure.add_subplot()
     for one, (color, line) in zip(sittings, _STYLES, strict=False):
         minutes, bumps, leads = zip((0.0, 0, 0), *course(one), strict=True)
-        label, marks = f'sitting {one["number"] + 1}', np.flatnonzero(np.diff(bumps)) + 1
-        axes.step(minutes, leads, line, where='post', color=color, label=label)
-        axes.plot(np.array(minutes)[marks], np.array(leads)[marks], 'x', color=color)
+        number, marks = one['number'] + 1, np.flatnonzero(np.diff(bumps)) + 1
+        axes.step(minutes, leads, line, where='post', color=color, label=f'session {number}')
+        axes.plot(np.array(minutes)[marks], [-1.3 * number] * len(marks), 'x', color=color)
     axes.set(xlabel='minutes of driving; x: a bump', ylabel='starts that lead to the goal')
-    axes.set_ylim(0, 23)
+    axes.set_yticks(range(0, 23, 2))
     axes.grid(color=_GRID)
     axes.legend(fontsize=8)
     return figure

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 import numpy as np
 
 from goalreach_evaluation.figures.arena_axes import (
@@ -28,14 +29,16 @@ _BINS_S = [0.2 * k for k in range(51)]
 _PLACE: dict[str, Any] = {'marker': 's', 's': 150, 'linewidths': 0, 'zorder': 2}
 
 
-def _map(found: Mapping[str, Any], *, value: str, title: str) -> Figure:
-    """Return the arena with a square at each place, whose colour is a value there, inches."""
+def _map(found: Mapping[str, Any], *, ratio: bool, title: str, label: str) -> Figure:
+    """Return the arena with the bound at each place, or with the measured error over it."""
     figure, axes = arena_figure(Arena(), f'{title}, {_NOISE_PX} px', borders=False)
+    figure.set_size_inches(6.4, 7.0)
     x, y = ([to_inches(metres) for metres in found[name]] for name in ('x_m', 'y_m'))
-    values = [cell[value] for cell in found['cells'][_NOISE_PX]]
+    cells = found['cells'][_NOISE_PX]
+    values = [cell['rms_in'] / cell['bound_in'] if ratio else cell['bound_in'] for cell in cells]
     squares = axes.scatter(x, y, c=values, cmap='viridis', **_PLACE)
-    figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label='inches')
-    add_legend(axes, Arena())
+    figure.colorbar(squares, ax=axes, shrink=0.6, pad=0.14, label=label)
+    add_legend(axes, Arena(), Patch(fc='white', ec=GREY, label='three LEDs not in one image'))
     return figure
 
 
@@ -89,7 +92,7 @@ def _kidnap(found: Sequence[Mapping[str, float]]) -> Figure:
     times = np.array([one['found_s'] for one in found]).clip(0.0, _BINS_S[-1])
     figure, axes = _axes(
         f'{len(times)} kidnappings',
-        f'time to relocalize, s (last bar: {_BINS_S[-1]:.0f} s and more)',
+        f'time to relocalize, s (last bar: {_BINS_S[-2]:.1f} s and more)',
         'kidnappings',
     )
     axes.hist(times, bins=_BINS_S, color=BLUE)
@@ -110,8 +113,8 @@ def _long(found: Mapping[str, Any]) -> Figure:
     return figure
 
 
-_BOUND = partial(_map, value='bound_in', title='Cramer-Rao bound of the position, three LEDs')
-_ERROR = partial(_map, value='rms_in', title='Measured rms error of the position')
+_BOUND = partial(_map, ratio=False, title='Cramer-Rao bound', label='rms error of position, in')
+_ERROR = partial(_map, ratio=True, title='Measured error', label='rms error over the bound')
 FIGURES: Final[dict[str, tuple[str, Callable[[Any], Figure]]]] = {
     'localization_bound': ('bound', _BOUND),
     'localization_error': ('bound', _ERROR),
