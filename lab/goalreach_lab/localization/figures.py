@@ -26,7 +26,7 @@ from goalreach_msgs_py.arena import Arena
 _SIZE = (7.0, 4.0)
 _NOISE_PX = '0.3'
 _BINS_S = [0.2 * k for k in range(51)]
-_PLACE: dict[str, Any] = {'marker': 's', 's': 150, 'linewidths': 0, 'zorder': 2}
+_PLACE: dict[str, Any] = {'marker': 's', 's': 225, 'linewidths': 0, 'zorder': 2}
 
 
 def _map(found: Mapping[str, Any], *, ratio: bool, title: str, label: str) -> Figure:
