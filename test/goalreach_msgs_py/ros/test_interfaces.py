@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -23,12 +25,26 @@ def test_long_and_short_names() -> None:
         'std_msgs/msg/String/x',
         '/msg/',
         'os/path',
+        '__main__/msg/String',
     ],
 )
 def test_unknown_messages_are_refused_by_name(name: str) -> None:
     with pytest.raises(CommandError, match=r'^The passed message type is invalid') as caught:
         message_class(name)
     assert name in str(caught.value)
+
+
+@pytest.mark.parametrize('name', ['intrusive/validate/Y', 'intrusive/msg/Y', 'intrusive/Y'])
+def test_a_name_makes_no_other_module_run(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Names come from bags and from whoever publishes."""
+    (tmp_path / 'intrusive').mkdir()
+    for module in ('__init__', 'validate'):
+        (tmp_path / 'intrusive' / f'{module}.py').write_text(f'raise OSError({module!r})')
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(CommandError, match=r'^The passed message type is invalid'):
+        message_class(name)
 
 
 def test_unknown_services_and_messages_for_services_are_refused() -> None:

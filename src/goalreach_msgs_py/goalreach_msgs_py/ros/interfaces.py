@@ -1,7 +1,9 @@
 """Python classes of messages and services by the names of their types."""
 
 from contextlib import suppress
-import importlib
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from goalreach_msgs_py.errors import CommandError
@@ -31,12 +33,14 @@ def full_type_name(name: str, kind: str) -> str:
 
 
 def _find(name: str, kind: str, word: str, attribute: str) -> Any:
-    """Return the class, which has an attribute that only those of its kind have."""
+    """Return the class. Names come from bags and from others: no other module may be imported."""
     package, *names = full_type_name(name, kind).split('/')
     found = None
-    if len(names) == 2 and all(map(str.isidentifier, (package, *names))):  # noqa: PLR2004
-        with suppress(ModuleNotFoundError):
-            found = getattr(importlib.import_module(f'{package}.{names[0]}'), names[1], None)
+    if names[:-1] == [kind] and all(map(str.isidentifier, (package, names[-1]))):
+        with suppress(ModuleNotFoundError, ValueError):  # the latter of a module without a spec
+            folders = getattr(find_spec(package), 'submodule_search_locations', None) or ()
+            if any(Path(folder, kind).is_dir() for folder in folders):
+                found = getattr(import_module(f'{package}.{kind}'), names[-1], None)
     if not hasattr(found, attribute):
         raise CommandError(f"The passed {word} type is invalid: '{name}'")
     return found
