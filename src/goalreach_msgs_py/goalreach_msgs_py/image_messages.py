@@ -104,16 +104,20 @@ def compressed_image_from_raw(raw: bytes) -> bytes:
 
 
 def decoded_image_from_raw(raw: bytes) -> NDArray[np.uint8]:
-    """Return the image of a sensor_msgs/CompressedImage (JPEG, PNG, ...) as grey values.
+    """Return the image of a sensor_msgs/CompressedImage as grey values; see `decode_image`."""
+    return decode_image(compressed_image_from_raw(raw))
+
+
+def decode_image(encoded: bytes) -> NDArray[np.uint8]:
+    """Return an encoded image (JPEG, PNG, ...) as grey values.
 
     Raises:
-        MessageError: It cannot be read, or OpenCV cannot decode it.
+        MessageError: OpenCV cannot decode it.
     """
-    encoded = np.frombuffer(compressed_image_from_raw(raw), np.uint8)
     flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
     try:
-        image = cv2.imdecode(encoded, flags) if len(encoded) else None
-    except cv2.error:  # larger than it admits
+        image = cv2.imdecode(np.frombuffer(encoded, np.uint8), flags)
+    except cv2.error:  # empty, or larger than it admits
         image = None
     if image is None:
         raise MessageError(f'data of {len(encoded)} bytes: must be an image that OpenCV decodes')

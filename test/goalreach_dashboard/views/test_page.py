@@ -217,9 +217,10 @@ def test_images_are_shown_as_they_were_compressed(suffix: str, start: str) -> No
     assert (picture.width_px, picture.height_px) == (64, 48)
 
 
-def test_bytes_that_are_no_image_are_refused() -> None:
-    with pytest.raises(MessageError, match='compressed image of 3 bytes'):
-        camera_picture(b'abc', ())
+@pytest.mark.parametrize('encoded', [b'abc', b''])
+def test_bytes_that_are_no_image_are_refused(encoded: bytes) -> None:
+    with pytest.raises(MessageError, match=f'data of {len(encoded)} bytes'):
+        camera_picture(encoded, ())
 
 
 def test_an_old_state_does_not_look_like_a_new_one() -> None:

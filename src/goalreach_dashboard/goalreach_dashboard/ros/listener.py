@@ -16,7 +16,6 @@ import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
-import numpy as np
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
@@ -35,7 +34,11 @@ from goalreach_msgs_py.diagnostic_messages import (
     statuses_from_raw,
     transition_from_raw,
 )
-from goalreach_msgs_py.image_messages import compressed_image_from_raw, image_from_raw
+from goalreach_msgs_py.image_messages import (
+    compressed_image_from_raw,
+    decode_image,
+    image_from_raw,
+)
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RawReader
 from goalreach_msgs_py.sensor_messages import (
@@ -98,11 +101,8 @@ def camera_picture(encoded: bytes, landmarks: Landmarks) -> CameraPicture:
     Raises:
         MessageError: OpenCV cannot decode the image.
     """
-    image = cv2.imdecode(np.frombuffer(encoded, np.uint8), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise MessageError(f'compressed image of {len(encoded)} bytes: not JPEG or PNG')
+    height_px, width_px = decode_image(encoded).shape
     kind = 'png' if encoded.startswith(_PNG_SIGNATURE) else 'jpeg'
-    height_px, width_px = image.shape
     return CameraPicture(
         url=f'data:image/{kind};base64,{base64.b64encode(encoded).decode("ascii")}',
         width_px=width_px,
