@@ -33,9 +33,12 @@ _CONNECT_S: Final = 10.0
 _REPEAT_S: Final = 1.0
 _ATTEMPTS: Final = 20
 """Chosen: after the first a lost message is sent again, after so many nodes have failed."""
-
 _INCOMPLETE_STAMPS: Final = 64
 """Stamps whose sensors may be incomplete at a time. Chosen."""
+
+
+_OTHERS: Final = (topics.CLOCK, topics.LANDMARK_MARKERS, topics.DIAGNOSTICS, '/tf')
+"""Topics of perception that are not compared: not those of a running graph either."""
 
 
 class SensorFeeder(Node):
@@ -168,13 +171,16 @@ def _sensor_sets(
 
 @contextmanager
 def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeeder]:
-    """Run localizer and estimator in this process, with all topics renamed."""
+    """Run localizer and estimator in this process, with all topics and both nodes renamed."""
+    renamed = f'_recompute_{os.getpid()}'
     with tempfile.TemporaryDirectory(prefix='goalreach-') as directory:
-        parameters_path = _write_parameters(bag, params_file, Path(directory))
+        parameters_path = _write_parameters(bag, params_file, Path(directory), renamed)
         arguments = ['--ros-args', '--params-file', str(parameters_path)]
         arguments += ['--log-level', 'error']
-        for name in (*topics.SENSORS, topics.COMPRESSED_IMAGE, *OUTPUTS, topics.DIAGNOSTICS):
-            arguments += ['-r', f'{name}:=/_recompute_{os.getpid()}{name}']
+        for name in (*topics.SENSORS, topics.COMPRESSED_IMAGE, *OUTPUTS, *_OTHERS):
+            arguments += ['-r', f'{name}:=/{renamed}{name}']
+        for name in (topics.LOCALIZER, topics.ESTIMATOR):
+            arguments += ['-r', f'{name}:__node:={renamed}_{name}']
         with ros_session(arguments) as closing:
             executor = EventsExecutor()
             feeder = SensorFeeder(bag, executor)
@@ -186,8 +192,10 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeed
             yield feeder
 
 
-def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path) -> Path:
-    """Write the recorded parameters, with those of a file over them."""
+def _write_parameters(
+    bag: BagReader, params_file: Path | None, directory: Path, renamed: str
+) -> Path:
+    """Write the recorded parameters, with those of a file over them, for the renamed nodes."""
     recorded_path, path = directory / 'recorded.yaml', directory / 'parameters.yaml'
     text = bag.metadata.custom.get(PARAMETERS_KEY)
     files = [] if params_file is None else [params_file]
@@ -201,5 +209,6 @@ def _write_parameters(bag: BagReader, params_file: Path | None, directory: Path)
             'pass them with --params-file',
         )
     merged = merge_parameters(*map(read_parameters, files))
-    write_parameters(path, {node: merged[node] for node in (topics.LOCALIZER, topics.ESTIMATOR)})
+    nodes = topics.LOCALIZER, topics.ESTIMATOR
+    write_parameters(path, {f'{renamed}_{node}': merged[node] for node in nodes})
     return path
