@@ -51,9 +51,7 @@ class PathStatistics:
     """Counts finished paths and the share of goals among the last 22, as many as a trial has.
 
     Attributes:
-        outcomes: Finished paths by outcome since the page started: those declared at the goal
-            count as `goal` where the robot was truly in it or the truth is unknown, else as
-            `false-goal`.
+        outcomes: Finished paths by outcome since the page started, or since the run began.
         last: The last finished action, or None.
         curve: Number of a path, from 1, and the share of goals among the 22 paths up to it;
             beyond 600 points every other one is dropped.
@@ -65,26 +63,15 @@ class PathStatistics:
         self.curve: list[tuple[int, float]] = []
         self._recent: deque[bool] = deque(maxlen=PAPER_STARTS)
 
-    def add(self, transition: Transition, *, in_goal: bool | None) -> str | None:
-        """Add a finished action; return the outcome of the path that it ends.
-
-        `in_goal` says whether the true position is in the goal region; None: unknown.
-        """
-        self.last = transition
-        if transition.outcome is None:
-            return None
-        outcome = transition.outcome.value
-        if transition.outcome is PathOutcome.GOAL and in_goal is False:
-            outcome = 'false-goal'
+    def add(self, number: int, outcome: str) -> None:
+        """Count a finished path, by its number from 1."""
         self.outcomes[outcome] += 1
         self._recent.append(outcome == PathOutcome.GOAL.value)
-        number = transition.path + 1
         while self.curve and self.curve[-1][0] >= number:
             self.curve.pop()  # a restarted controller repeats a path
         self.curve.append((number, sum(self._recent) / len(self._recent)))
         if len(self.curve) > _MAX_CURVE_POINTS:
             self.curve = self.curve[::2]
-        return outcome
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,6 +140,9 @@ class PageState:
         if event['event'] == 'begin':
             vars(self).update(vars(PageState(arena=self.arena)))
             self._is_reported = True
+        if event['event'] == 'path':
+            number_of_path = event.get('number', self.paths.outcomes.total() + 1)
+            self.paths.add(number_of_path, event['outcome'])
         self.ended = self.ended or event['event'] == 'end'
         self.bag = event.get('bag', self.bag)
         self.external = tuple(event.get('external', self.external))
@@ -178,16 +168,20 @@ class PageState:
         self.poses.add_estimate(stamp_ns, estimate, trusted=trusted)
 
     def add_transition(self, stamp_ns: int, transition: Transition) -> None:
-        """Add a finished action, judged by the true pose of its stamp."""
-        truth = self.poses.truths.get(stamp_ns)
-        in_goal = None
-        if truth is not None:
+        """Add a finished action; the end of a path is judged by the true pose of its stamp.
+
+        Where the truth is unknown, a declared goal counts. In a run the launcher judges.
+        """
+        self.paths.last = transition
+        if transition.outcome is None or self._is_reported:
+            return
+        outcome, truth = transition.outcome.value, self.poses.truths.get(stamp_ns)
+        if transition.outcome is PathOutcome.GOAL and truth is not None:
             regions = self.arena.regions
-            in_goal = regions.region_at(truth.x_m, truth.y_m) == regions.goal
-        outcome = self.paths.add(transition, in_goal=in_goal)
-        if outcome is not None and not self._is_reported:
-            path = {'number': transition.path + 1, 'outcome': outcome, 'end_s': stamp_ns * 1e-9}
-            self.add_event({'event': 'path', **path})
+            is_goal = regions.region_at(truth.x_m, truth.y_m) == regions.goal
+            outcome = outcome if is_goal else 'false-goal'
+        path = {'number': transition.path + 1, 'outcome': outcome, 'end_s': stamp_ns * 1e-9}
+        self.add_event({'event': 'path', **path})
 
     def place(self, pose: Pose2) -> None:
         """Show the robot where it was placed: while paused it publishes no pose."""

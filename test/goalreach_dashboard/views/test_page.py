@@ -263,7 +263,7 @@ def test_of_a_run_without_end_the_last_paths_are_kept() -> None:
     state.add_event({'event': 'begin'})
     state.add_event({'event': 'record', 'on': True})
     for number in range(1100):
-        state.add_event({'event': 'path', 'number': number})
+        state.add_event({'event': 'path', 'number': number, 'outcome': 'goal'})
     assert len(state.events) == 1000
     first, recording, second, *_, last = state.events.values()
     assert (first['event'], recording['event']) == ('begin', 'record')
