@@ -141,8 +141,8 @@ class PageState:
             vars(self).update(vars(PageState(arena=self.arena)))
             self._is_reported = True
         if event['event'] == 'path':
-            number_of_path = event.get('number', self.paths.outcomes.total() + 1)
-            self.paths.add(number_of_path, event['outcome'])
+            event = {'number': self.paths.outcomes.total() + 1, **event}
+            self.paths.add(event['number'], event['outcome'])
         self.ended = self.ended or event['event'] == 'end'
         self.bag = event.get('bag', self.bag)
         self.external = tuple(event.get('external', self.external))

@@ -262,12 +262,15 @@ def test_of_a_run_without_end_the_last_paths_are_kept() -> None:
     state = PageState(arena=Arena())
     state.add_event({'event': 'begin'})
     state.add_event({'event': 'record', 'on': True})
-    for number in range(1100):
-        state.add_event({'event': 'path', 'number': number, 'outcome': 'goal'})
+    for _ in range(1100):
+        state.add_event({'event': 'path', 'outcome': 'goal'})
     assert len(state.events) == 1000
     first, recording, second, *_, last = state.events.values()
     assert (first['event'], recording['event']) == ('begin', 'record')
-    assert (second['number'], last['number']) == (102, 1099)
+    assert (second['number'], last['number']) == (103, 1100)
+    state.add_event({'event': 'begin'})
+    state.add_event({'event': 'path', 'outcome': 'goal'})
+    assert [event.get('number') for event in state.events.values()] == [None, 1]
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,7 @@ export function followRun(page) {
     summarise();
   }
 
-  function path(event) {
-    const row = { ...event, number: event.number ?? paths.length + 1 };
+  function path(row) {
     paths.push(row);
     const number = (value, unit, digits = 2) => (value === undefined ? '–' : `${fixed(value, digits)} ${unit}`);
     const start = row.x_m === undefined ? '–' : `${number(row.x_m, 'm')}, ${number(row.y_m, 'm')}, ${degrees(row.heading_deg, 0)}`;
