@@ -7,10 +7,13 @@ from contextlib import contextmanager
 import itertools
 from typing import Final
 
+from builtin_interfaces.msg import Time
 import numpy as np
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
 
 from goalreach_bags.recording import TICK_TOPICS
 from goalreach_dashboard.ros.listener import GraphListener
@@ -36,9 +39,9 @@ class Page:
         listener: The listener.
     """
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, robot: str = '') -> None:
         self.context = context
-        self.node = Node('dashboard', context=context, enable_rosout=False)
+        self.node = Node('dashboard', namespace=robot, context=context, enable_rosout=False)
         self.state = PageState(arena=Arena())
         self.listener = GraphListener(self.node, self.state)
         self.listener.watch(watched=True)
@@ -185,6 +188,25 @@ def test_a_graph_that_is_started_again_is_followed(page: Page) -> None:
         last = page.follow(graph, 0)
     assert page.state.poses.compared == pose_at(last)
     assert page.state.health.topics[topics.STATE].total > before
+
+
+def test_the_clock_of_another_robot_is_left_for_its_own(page: Page) -> None:
+    """The page is open before the robot's nodes are there."""
+    robot = Page(page.context, 'robot2')
+    clocks: list[Publisher[Clock]] = []
+    with scripted(page) as graph:
+
+        def shows(stamp_ns: int) -> bool:
+            graph.publish_tick(1)
+            for clock in clocks:
+                clock.publish(Clock(clock=Time(sec=7)))
+            return robot.state.clock_ns == stamp_ns
+
+        robot.wait(graph, lambda: shows(PERIOD_NS))
+        clocks.append(robot.node.create_publisher(Clock, '/robot2/clock', 1))
+        robot.wait(graph, lambda: shows(7_000_000_000))
+    assert topics.CLOCK not in robot.subscribed
+    robot.close()
 
 
 def test_an_end_is_judged_by_the_truth_of_its_tick(page: Page) -> None:

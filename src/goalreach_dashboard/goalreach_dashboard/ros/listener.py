@@ -62,6 +62,7 @@ class PolledSubscription(RawReader):
         topic: Name of the topic.
         number: Sequence number of the last message, as its publisher counts; where a topic has
             several publishers, the number of messages taken.
+        is_shared: Whether it is the clock of all namespaces: the robot's has none of its own yet.
     """
 
     def __init__(self, node: Node, message_type: type[Any], topic: str, qos: QoSProfile) -> None:
@@ -69,9 +70,9 @@ class PolledSubscription(RawReader):
         self.number = 0
         self._taken = 0
         name = topic.removeprefix('/')
-        if topic == topics.CLOCK and not node.count_publishers(name):
-            name = topic  # no robot in a namespace that has a clock of its own
-        super().__init__(node, message_type, name, qos)
+        is_clock = topic == topics.CLOCK and node.get_namespace() != '/'
+        self.is_shared = is_clock and not node.count_publishers(name)
+        super().__init__(node, message_type, topic if self.is_shared else name, qos)
 
     def take(self) -> list[bytes]:
         """Return the serialized messages received since the last call, oldest first."""
@@ -246,6 +247,10 @@ class GraphListener:
 
     def update(self) -> None:
         """Take what has arrived; messages that cannot be used are logged and skipped."""
+        own_clock = topics.CLOCK.removeprefix('/')
+        if any(e.is_shared for e in self._watched) and self._node.count_publishers(own_clock):
+            self.watch(watched=False)
+            self.watch(watched=True)
         received = {each.topic: self._take(each) for each in self._watched}
         # Taken after the truth and added before it: a true pose that is dropped next still counts.
         for subscription, handler in self._always.items():
