@@ -1,13 +1,14 @@
 """Options of a recording and of a replay: which topics, how stored, how played."""
 
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 import re
 
 from goalreach_bags.storage import STORAGES
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.files import read_text
-from goalreach_msgs_py.options import REQUIRED, CommandOptions, option
+from goalreach_msgs_py.options import REQUIRED, CommandOptions, option, parse_namespace
 from goalreach_msgs_py.topics import CLOCK
 
 
@@ -103,6 +104,7 @@ class RecordOptions(CommandOptions):
     robots: tuple[str, ...] = option(
         (), 'namespace of a run in lockstep that waits for the recorder; repeatable',
         flag='--robot', metavar='NAME', repeatable=True,
+        parse=partial(parse_namespace, flag='--robot'),
     )  # fmt: skip
     clock_topic: str = option(CLOCK, 'clock of the run', hidden=True)
     with_run: str | None = option(

@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Callable, Iterator
 import dataclasses
 from dataclasses import MISSING, dataclass
+import re
 import types
 import typing
 from typing import Any, Final, TypeVar, cast
@@ -205,3 +206,10 @@ def read_options(cls: type[OptionsT], namespace: argparse.Namespace, prefix: str
         elif (value := getattr(namespace, prefix + name, None)) is not None:
             values[name] = tuple(value) if part.many else value
     return cls(**values)
+
+
+def parse_namespace(text: str, flag: str = '--namespace') -> str:
+    """Return a namespace without its leading slash."""
+    if not re.fullmatch(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', text, re.ASCII):
+        raise ConfigurationError(flag, text, 'a ROS 2 namespace such as robot1')
+    return text.removeprefix('/')

@@ -4,13 +4,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
-from goalreach_bringup.launch.options import parse_namespace
 from goalreach_bringup.launch.plan import require_known
 from goalreach_bringup.robot_check.verdicts import HeardRobot, Verdict, can_drive, judge
 from goalreach_evaluation.summary_file import write_summary
 from goalreach_learning.controller_config import RobotConfig
 from goalreach_msgs_py.files import require_writable
-from goalreach_msgs_py.options import CommandOptions, option
+from goalreach_msgs_py.options import CommandOptions, option, parse_namespace
 from goalreach_msgs_py.parameter_file import NodeParameters, read_parameters
 from goalreach_msgs_py.parameters import build_config
 from goalreach_msgs_py.topics import CONTROLLER, LOCALIZER

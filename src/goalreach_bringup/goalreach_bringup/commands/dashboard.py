@@ -6,9 +6,8 @@ from pathlib import Path
 import secrets
 import socket
 
-from goalreach_bringup.launch.options import parse_namespace
 from goalreach_evaluation.choices import arena_option, choose_arena
-from goalreach_msgs_py.options import CommandOptions, option
+from goalreach_msgs_py.options import CommandOptions, option, parse_namespace
 
 SUMMARY = 'Show the live page of a graph that already runs, or of a bag that is replayed'
 

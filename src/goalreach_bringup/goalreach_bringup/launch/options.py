@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 import math
 from pathlib import Path
-import re
 
 from goalreach_bags.storage import STORAGES
 from goalreach_evaluation.choices import arena_option, learner_option, policy_option
@@ -12,7 +11,7 @@ from goalreach_learning.blending import MODES
 from goalreach_learning.policy_file import policy_names
 from goalreach_msgs_py.errors import ConfigurationError
 from goalreach_msgs_py.noise import NOISE_PRESETS
-from goalreach_msgs_py.options import SeededOptions, option
+from goalreach_msgs_py.options import SeededOptions, option, parse_namespace
 from goalreach_msgs_py.topics import NODES, ROBOT
 from goalreach_msgs_py.values import Pose2
 
@@ -32,13 +31,6 @@ def _parse_remap(text: str) -> str:
     if ':=' not in text:
         raise ConfigurationError('--remap', text, 'FROM:=TO or NODE:FROM:=TO')
     return text
-
-
-def parse_namespace(text: str, flag: str = '--namespace') -> str:
-    """Return a namespace without its leading slash."""
-    if not re.fullmatch(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', text, re.ASCII):
-        raise ConfigurationError(flag, text, 'a ROS 2 namespace such as robot1')
-    return text.removeprefix('/')
 
 
 @dataclass(frozen=True, kw_only=True)
