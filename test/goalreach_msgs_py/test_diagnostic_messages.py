@@ -208,7 +208,16 @@ def test_a_learner_travels_as_a_text_that_others_read() -> None:
     assert learner_from_raw(serialize_message(text)) == {'name': 'mine', 'state': {}}
 
 
-@pytest.mark.parametrize('data', ['', '[]', '{"name": "mine"}', '{"name": 1, "state": 2}', '{'])
+@pytest.mark.parametrize(
+    'data',
+    [
+        *('', '[]', '{"name": "mine"}', '{"name": 1, "state": 2}', '{'),
+        *(
+            f'{{"name": "mine", "state": {{"a": [{one}]}}}}'
+            for one in ('NaN', '-Infinity', '1e999')
+        ),
+    ],
+)
 def test_what_is_no_learner_is_refused(data: str) -> None:
     with pytest.raises(MessageError):
         learner_from_raw(serialize_message(String(data=data)))

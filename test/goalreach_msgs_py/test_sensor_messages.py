@@ -174,6 +174,12 @@ def test_landmarks_not_seen_are_nan() -> None:
         assert landmarks_from_raw(each) == (None, seen, None)
 
 
+def test_landmarks_at_infinity_are_not_seen() -> None:
+    places = ((math.inf, 1.0), (1.0, -math.inf), (-math.inf, math.inf))
+    seen = [LandmarkObservation(u_px=u, v_px=v, peak_dn=200.0) for u, v in places]
+    assert landmarks_from_raw(landmarks_to_raw(seen, STAMP)) == (None, None, None)
+
+
 @pytest.mark.parametrize(
     ('reader', 'raw'),
     [

@@ -232,10 +232,11 @@ def learner_from_raw(raw: bytes) -> Mapping[str, Any]:
     """Return name and state of a learner of a std_msgs/String.
 
     Raises:
-        MessageError: It is no JSON object with both.
+        MessageError: It is no JSON object with both, or holds a number that is not finite.
     """
     try:
         learner = json.loads(CdrReader(raw, has_header=False).text())
+        json.dumps(learner, allow_nan=False)
         return {'name': str(learner['name']), 'state': dict(learner['state'])}
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise MessageError(f'no learner: {error!r}') from None

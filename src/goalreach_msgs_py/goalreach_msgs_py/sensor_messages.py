@@ -235,7 +235,7 @@ def landmarks_to_raw(
 
 
 def landmarks_from_raw(raw: bytes) -> tuple[LandmarkObservation | None, ...]:
-    """Return the LEDs of a landmarks message (single precision); None where NaN.
+    """Return the LEDs of a landmarks message (single precision); None where not finite.
 
     Raises:
         MessageError: It cannot be read.
@@ -243,6 +243,6 @@ def landmarks_from_raw(raw: bytes) -> tuple[LandmarkObservation | None, ...]:
     reader = CdrReader(raw)
     points = (reader.numbers('3f') for _ in range(reader.count(least=12)))
     return tuple(
-        None if math.isnan(u) or math.isnan(v) else LandmarkObservation(u_px=u, v_px=v, peak_dn=p)
+        LandmarkObservation(u_px=u, v_px=v, peak_dn=p) if math.isfinite(u + v) else None
         for u, v, p in points
     )

@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import itertools
+import math
 from typing import Final
 
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 import numpy as np
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
+from visualization_msgs.msg import Marker, MarkerArray
 
 from goalreach_bags.recording import TICK_TOPICS
 from goalreach_dashboard.ros.listener import GraphListener
 from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
+from goalreach_msgs_py.ros.messaging import LATCHED_QOS
 from goalreach_msgs_py.values import LandmarkObservation, PathOutcome, Pose2, Transition
 from graphs import fresh_domain, join
 from scripted_graph import PERIOD_NS, ScriptedGraph, odometry_at, pose_at
@@ -207,6 +211,24 @@ def test_the_clock_of_another_robot_is_left_for_its_own(page: Page) -> None:
         robot.wait(graph, lambda: shows(7_000_000_000))
     assert topics.CLOCK not in robot.subscribed
     robot.close()
+
+
+def test_obstacles_are_known_but_those_that_are_nowhere(page: Page) -> None:
+    """A browser can read no number that is not finite."""
+    markers = [
+        Marker(
+            ns=name,
+            type=Marker.CYLINDER,
+            pose=Pose(position=Point(x=x_m, y=2.0), orientation=Quaternion(w=1.0)),
+            scale=Vector3(x=0.5, y=0.25, z=1.0),
+        )
+        for name, x_m in (('obstacles', 1.0), ('obstacles', math.nan), ('leds', 3.0))
+    ]
+    publisher = page.node.create_publisher(MarkerArray, topics.MARKERS, LATCHED_QOS)
+    publisher.publish(MarkerArray(markers=markers))
+    with scripted(page) as graph:
+        page.wait(graph, lambda: bool(page.state.obstacles))
+    assert page.state.obstacles == [(1.0, 2.0, 0.5, 0.25, 0.0, True)]
 
 
 def test_an_end_is_judged_by_the_truth_of_its_tick(page: Page) -> None:

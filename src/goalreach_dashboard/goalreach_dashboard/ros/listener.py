@@ -317,16 +317,15 @@ class GraphListener:
 
     def _on_markers(self, raw: bytes) -> None:
         """Keep the obstacles: x, y, length, width (m), heading (rad), whether round."""
-        self._state.obstacles = [
-            (
-                *(round(m, 3) for m in (at.position.x, at.position.y, size.x, size.y)),
-                2.0 * math.atan2(at.orientation.z, at.orientation.w),
-                marker.type == Marker.CYLINDER,
-            )
-            for marker in deserialize_message(raw, MarkerArray).markers
-            if marker.ns == 'obstacles'
-            for at, size in [(marker.pose, marker.scale)]
-        ]
+        obstacles = []
+        for marker in deserialize_message(raw, MarkerArray).markers:
+            at, size = marker.pose, marker.scale
+            numbers = at.position.x, at.position.y, size.x, size.y
+            heading_rad = 2.0 * math.atan2(at.orientation.z, at.orientation.w)
+            if marker.ns == 'obstacles' and math.isfinite(sum(numbers) + heading_rad):
+                rounded = (round(number_m, 3) for number_m in numbers)
+                obstacles.append((*rounded, heading_rad, marker.type == Marker.CYLINDER))
+        self._state.obstacles = obstacles
 
     def _on_camera_info(self, raw: bytes) -> None:
         camera = camera_from_raw(raw)
