@@ -58,6 +58,17 @@ def test_duplicates_and_wrong_order_are_harmless() -> None:
     assert problem.is_harmless
 
 
+def test_a_clock_that_went_back_is_not_harmless() -> None:
+    """An aligner takes no image until the time before has come again."""
+    monitor = InputMonitor()
+    monitor.received('a', 10 * S, 0.0)
+    problem = monitor.received('a', 5 * S, 0.1)
+    assert problem is not None
+    assert (problem.kind, problem.is_harmless) == ('back', False)
+    assert problem.text == 'its clock went back by 5.00 s: this node may have to be restarted'
+    assert not problem_of(monitor, 'a', 6 * S, 0.2)
+
+
 def test_a_stalled_node_reports_that_alone() -> None:
     monitor = InputMonitor()
     monitor.received('a', 0, 0.0)

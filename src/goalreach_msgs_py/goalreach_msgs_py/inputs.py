@@ -18,6 +18,8 @@ _ABSENT_S = 2.0
 longer than discovery usually takes. Chosen."""
 ABSENT_KINDS = ('absent', 'waiting')
 """Kinds of problems of inputs that never came: while others did, and before any did."""
+_BACK_S = 1.0
+"""A stamp this much before the last is one of a clock that was set back, as in `alignment`."""
 _REPORTED_LOSSES = 3
 """Fewer lost messages are not reported. Chosen."""
 
@@ -28,7 +30,8 @@ class InputProblem:
 
     Attributes:
         topic: The input, or an empty text for the node itself.
-        kind: 'silent', 'apart', 'lost', 'duplicate', 'order', 'stalled', 'absent' or 'waiting'.
+        kind: 'silent', 'apart', 'lost', 'duplicate', 'order', 'back', 'stalled', 'absent' or
+            'waiting'.
         text: One line for people, without the topic.
     """
 
@@ -38,7 +41,7 @@ class InputProblem:
 
     @property
     def is_harmless(self) -> bool:
-        """Whether nodes handle it without a loss."""
+        """Whether nodes lose nothing by it."""
         return self.kind in {'duplicate', 'order', 'waiting'}
 
 
@@ -81,6 +84,9 @@ class InputMonitor:
         if stamp_ns == before_ns:
             return InputProblem(topic=topic, kind='duplicate', text='a message came twice')
         early_s = (before_ns - stamp_ns) / _NS_PER_S
+        if early_s > _BACK_S:
+            text = f'its clock went back by {early_s:.2f} s: this node may have to be restarted'
+            return InputProblem(topic=topic, kind='back', text=text)
         text = f'out of order: {early_s:.2f} s before the last'
         return InputProblem(topic=topic, kind='order', text=text)
 
