@@ -99,6 +99,17 @@ def test_repetitions_are_dropped() -> None:
     assert taken(order, tick(80)) == []
 
 
+def test_without_a_stamp_only_nodes_of_the_run_repeat_themselves() -> None:
+    """Another node may say the same in every tick."""
+    order = TickOrder(['/image', '/pose'], ['/markers'])
+    said: list[Given] = [('/markers', None, b'm'), ('/stop', None, b'no')]
+
+    found = taken(order, [*tick(40), *said, *tick(80), *said, *tick(120), *said])
+
+    assert [time_ns for topic, time_ns, _ in found if topic == '/markers'] == [40]
+    assert [time_ns for topic, time_ns, _ in found if topic == '/stop'] == [40, 80, 120]
+
+
 def test_several_messages_of_one_topic_and_stamp_have_one_order() -> None:
     statuses: list[Given] = [('/diagnostics', 40, data) for data in (b'z', b'a', b'm')]
 

@@ -27,6 +27,8 @@ RUN_TOPICS: Final = (
     topics.DIAGNOSTICS,
 )
 """All topics of a run's four nodes."""
+UNSTAMPED: Final = (topics.MARKERS, topics.Q_TABLE, topics.MODEL, topics.BEHAVIOR_MARKERS)
+"""Those of the nodes without stamps."""
 
 OUTPUT_TYPES: Final = {
     topics.DIAGNOSTICS: 'diagnostic_msgs/msg/DiagnosticArray',

@@ -5,7 +5,7 @@ graph's clock stands still between an image and its answer: everything that belo
 published, and received, at that time. Within one stamp the order is that of the topics' names.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from typing import Final
@@ -27,10 +27,12 @@ class TickOrder:
 
     Attributes:
         required: Topics that each tick has exactly one message of.
+        unstamped: Topics without stamps whose nodes repeat a message that was lost.
         stamp_ns: The latest tick, or None before the first.
     """
 
     required: Sequence[str]
+    unstamped: Container[str] = ()
     stamp_ns: int | None = None
     _missing: dict[int, set[str]] = field(default_factory=dict)
     _waiting: list[BagMessage] = field(default_factory=list)
@@ -39,10 +41,10 @@ class TickOrder:
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> None:
         """Add a message, with a stamp if it has one, unless it is a repetition.
 
-        Such equals another of its topic at the last stamp, or the last where it has no stamp.
+        That equals another of its topic at the last stamp; in `unstamped`, the one before.
         """
         last_ns, last = self._last.get(topic, (None, []))
-        if data in last:
+        if data in last and (stamp_ns is not None or topic in self.unstamped):
             return
         others = last if stamp_ns is not None and stamp_ns == last_ns else []
         self._last[topic] = stamp_ns, [*others, data]

@@ -21,6 +21,7 @@ from goalreach_bags.recording import (
     PARAMETERS_KEY,
     RUN_TOPICS,
     TICK_TOPICS,
+    UNSTAMPED,
 )
 from goalreach_bags.ros.qos_profiles import bag_topic
 from goalreach_bags.ros.subscriptions import GraphSubscriptions, ReceivedMessage, TopicSubscription
@@ -106,7 +107,8 @@ class Recorder(Node):
         names = [prefix + name for name in RUN_TOPICS if name != CLOCK or not prefix]
         recorded = [name for name in names if self._inputs.records(name)]
         ticks = [name for name in recorded if name.removeprefix(prefix) in TICK_TOPICS]
-        return _Run(prefix, recorded, TickOrder(ticks))
+        unstamped = [prefix + name for name in UNSTAMPED]
+        return _Run(prefix, recorded, TickOrder(ticks, unstamped))
 
     def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> str:
         """Record until it is over, drain messages on their way, and close the bag.
