@@ -135,3 +135,8 @@ def test_info_names_what_cannot_be_decoded(
         "/other cannot be decoded here: message encoding 'cdr', schema encoding 'omgidl'" in shown
     )
     assert 'not checked: --check reads all of it' in capsys.readouterr().out
+
+
+def test_a_compressed_bag_without_a_message_has_no_fault(tmp_path: Path) -> None:
+    write_bag(tmp_path / 'bag', [], storage='sqlite3', zstd=True)
+    assert inspect_bag(tmp_path / 'bag') == ((), '')

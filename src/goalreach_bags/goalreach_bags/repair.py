@@ -154,7 +154,7 @@ def _disagreements(existing: BagMetadata | None, metadata: BagMetadata) -> Itera
         yield 'names other files than there are'
     if existing.storage != metadata.storage:
         yield f'names the storage plug-in {existing.storage!r}'
-    if existing.compression_mode != metadata.compression_mode:
+    if found.counts and existing.compression_mode != metadata.compression_mode:
         yield f'names the compression mode {existing.compression_mode!r}'
 
 
