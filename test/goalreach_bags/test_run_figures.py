@@ -12,6 +12,7 @@ from goalreach_bags.run_figures import RunSeries, read_run_series, run_figures
 from goalreach_msgs_py.angles import INCH_M
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.diagnostic_messages import q_table_to_raw, state_to_raw
+from goalreach_msgs_py.errors import GoalreachError
 from goalreach_msgs_py.pose_messages import estimate_to_raw, odometry_to_raw, twist_to_raw
 from goalreach_msgs_py.topics import CMD_VEL, GROUND_TRUTH, POSE, Q_TABLE, STATE
 from goalreach_msgs_py.values import Confidence, Odometry, Pose2, PoseEstimate, RegionState, Twist2
@@ -22,9 +23,10 @@ TWIST = Twist2(linear_m_per_s=0.3, steering_rad_per_s=-0.2)
 TRUTH = ((1.0, 2.0, 0.1), (1.05, 2.0, -0.1), (2.0, 3.0, 3.1))  # carried after the second
 
 
-def write_run(path: Path) -> None:
+def write_run(path: Path, columns: int = 3) -> None:
     """Write a run of three ticks; the second is uncertain, and the third has no command."""
-    tables = [np.full((3, 3, 8), -1.0), np.arange(72.0).reshape(3, 3, 8)]
+    q = np.arange(24.0 * columns).reshape(columns, 3, 8)
+    tables = [np.full_like(q, -1.0), q]
     messages = [(Q_TABLE, 2 * k * S + 1, q_table_to_raw(q)) for k, q in enumerate(tables)]
     found = PoseEstimate(
         pose=Pose2(x_m=0.1, y_m=0.2, heading_rad=0.3), covariance=np.diag([0.01, 0.04, 0.09])
@@ -33,7 +35,8 @@ def write_run(path: Path) -> None:
         ns = (tick + 1) * S
         truth = Odometry(pose=Pose2(x_m=x_m, y_m=y_m, heading_rad=heading_rad), twist=TWIST)
         state = RegionState(
-            region=(2, 1), mu_x=(0.0, 0.25, 0.75), mu_y=(0.0, 1.0, 0.0), pose=found.pose,
+            region=(columns - 1, 1), pose=found.pose,
+            mu_x=(0.0, 0.25, 0.75)[-columns:], mu_y=(0.0, 1.0, 0.0),
             goal_probability=0.0, confidence=Confidence.UNCERTAIN if tick == 1 else Confidence.OK,
         )  # fmt: skip
         messages += [
@@ -46,10 +49,11 @@ def write_run(path: Path) -> None:
     write_bag(path, messages, topics=[string_topic(name) for name in names])
 
 
-def test_each_tick_is_a_row(tmp_path: Path) -> None:
+def test_each_tick_is_a_row(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     write_run(tmp_path / 'bag')
     with BagReader(tmp_path / 'bag') as bag:
         series = read_run_series(bag)
+    assert 'drawn in the arena of the paper' in caplog.text
     assert series.time_s.tolist() == [1.0, 2.0, 3.0]
     assert series.truth == pytest.approx(np.array(TRUTH))
     found = np.array([[0.1, 0.2, 0.3], [math.nan] * 3, [0.1, 0.2, 0.3]])
@@ -60,6 +64,16 @@ def test_each_tick_is_a_row(tmp_path: Path) -> None:
     assert series.q[:, 0].tolist() == [-1.0, -1.0, 56.0]
     assert series.command[:2].tolist() == [[0.3, -0.2]] * 2
     assert np.isnan(series.command[2]).all()
+
+
+def test_a_run_in_another_arena_is_not_drawn_in_that_of_the_paper(tmp_path: Path) -> None:
+    """A bag of `goalreach record` keeps no parameters, which would tell its arena."""
+    write_run(tmp_path / 'bag', columns=2)
+    with (
+        BagReader(tmp_path / 'bag') as bag,
+        pytest.raises(GoalreachError, match=r'rows are \{\(2, 3\)\}, those of the arena \(3, 3\)'),
+    ):
+        read_run_series(bag)
 
 
 def line(figure: Figure, axes: int, number: int = 0) -> list[float]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
+import logging
 import math
 from typing import Any, Final
 
@@ -33,6 +34,7 @@ _READERS: Final[Mapping[str, Callable[[bytes], Any]]] = {
     topics.CMD_VEL: twist_from_raw,
     topics.Q_TABLE: q_table_from_raw,
 }
+_LOG: Final = logging.getLogger(__name__)
 _NO_COMMAND: Final = Twist2(linear_m_per_s=math.nan, steering_rad_per_s=math.nan)
 _JUMP_M: Final = 0.1
 """Longer steps of the truth are placements, not driving. Chosen: ten times a step."""
@@ -71,7 +73,7 @@ def read_run_series(bag: BagReader) -> RunSeries:
     """Return the time series of a run.
 
     Raises:
-        GoalreachError: The bag lacks pose or state, or a message is of another type.
+        GoalreachError: The bag lacks pose or state, or a message or the arena is another.
     """
     needed = [topics.POSE, topics.STATE]
     bag.require(needed)
@@ -88,31 +90,37 @@ def read_run_series(bag: BagReader) -> RunSeries:
     if not stamps:
         raise GoalreachError(f'{bag.path}: truth, pose and state have no stamp in common')
     estimates = [by_topic[topics.POSE][s] for s in stamps]
-    variances = [estimate.covariance.diagonal() for estimate in estimates]
     states = [by_topic[topics.STATE][s] for s in stamps]
+    tables = by_topic[topics.Q_TABLE]
+    shapes = {(len(s.mu_x), len(s.mu_y)) for s in states} | {q.shape[:2] for q in tables.values()}
     doubt = np.array([[state.confidence is not Confidence.OK] for state in states])
     region = np.array([s.region[0] * len(s.mu_y) + s.region[1] for s in states])
     truths = by_topic[topics.GROUND_TRUTH]
     twists = [by_topic[topics.CMD_VEL].get(s, _NO_COMMAND) for s in stamps]
     return RunSeries(
-        arena=_recorded_arena(bag),
+        arena=_recorded_arena(bag, shapes),
         time_s=np.array(stamps) * 1e-9,
         truth=np.array([astuple(truths[s].pose) if truths else [np.nan] * 3 for s in stamps]),
         estimate=np.where(doubt, np.nan, [astuple(estimate.pose) for estimate in estimates]),
-        sigma=np.where(doubt, np.nan, np.sqrt(variances)),
+        sigma=np.where(doubt, np.nan, np.sqrt([one.covariance.diagonal() for one in estimates])),
         memberships=np.array([(*state.mu_x, *state.mu_y) for state in states]),
-        q=_q_over_time(by_topic[topics.Q_TABLE], stamps, region),
+        q=_q_over_time(tables, stamps, region),
         command=np.array([astuple(twist) for twist in twists]),
     )
 
 
-def _recorded_arena(bag: BagReader) -> Arena:
+def _recorded_arena(bag: BagReader, shapes: set[tuple[int, ...]]) -> Arena:
     """Return the arena of the run's parameters, the paper's where the bag has none."""
     try:
         parameters = load_yaml(bag.metadata.custom[PARAMETERS_KEY])
-        return Arena.from_parameters(parameters['nomad200']['ros__parameters'])
+        arena = Arena.from_parameters(parameters['nomad200']['ros__parameters'])
     except (KeyError, TypeError, yaml.YAMLError, GoalreachError):
-        return Arena()
+        _LOG.warning('%s: no parameters of a run: drawn in the arena of the paper', bag.path)
+        arena = Arena()
+    if shapes != {own := arena.regions.shape}:
+        text = f'columns and rows are {shapes}, those of the arena {own}'
+        raise GoalreachError(f'{bag.path}: {text}')
+    return arena
 
 
 def _q_over_time(
