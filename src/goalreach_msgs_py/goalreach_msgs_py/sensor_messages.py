@@ -136,6 +136,12 @@ def head_from_raw(raw: bytes, joints: Sequence[str] = HEAD_JOINTS) -> HeadAngles
     return HeadAngles(turret_rad=turret, pan_rad=pan, tilt_rad=tilt)
 
 
+def joint_names_from_raw(raw: bytes) -> list[str]:
+    """Return the names of the joints of a sensor_msgs/JointState."""
+    reader = CdrReader(raw)
+    return reader.texts(reader.count(least=5))
+
+
 def bumpers_to_raw(
     pressed: Sequence[bool],
     stamp_ns: int,

@@ -9,13 +9,14 @@ import math
 from typing import Final
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, Twist, Vector3
 import numpy as np
 import pytest
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker, MarkerArray
 
 from goalreach_bags.recording import TICK_TOPICS
@@ -24,7 +25,13 @@ from goalreach_dashboard.state import CameraPicture, PageState
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.arena import Arena
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS
-from goalreach_msgs_py.values import LandmarkObservation, PathOutcome, Pose2, Transition
+from goalreach_msgs_py.values import (
+    HeadAngles,
+    LandmarkObservation,
+    PathOutcome,
+    Pose2,
+    Transition,
+)
 from graphs import fresh_domain, join
 from scripted_graph import PERIOD_NS, ScriptedGraph, odometry_at, pose_at
 
@@ -229,6 +236,31 @@ def test_obstacles_are_known_but_those_that_are_nowhere(page: Page) -> None:
     with scripted(page) as graph:
         page.wait(graph, lambda: bool(page.state.obstacles))
     assert page.state.obstacles == [(1.0, 2.0, 0.5, 0.25, 0.0, True)]
+
+
+def test_commands_without_a_stamp_are_counted(page: Page) -> None:
+    robot = Page(page.context, 'robot2')
+    robot.state.parameters[topics.CONTROLLER] = {'stamped_cmd_vel': False}
+    robot.listener.update()
+    publisher = robot.node.create_publisher(Twist, 'cmd_vel', 1)
+    with scripted(page) as graph:
+
+        def counted() -> bool:
+            publisher.publish(Twist())
+            return topics.CMD_VEL in robot.state.health.topics
+
+        robot.wait(graph, counted)
+    robot.close()
+
+
+def test_the_joints_that_a_head_has_are_shown_and_wheels_are_not(page: Page) -> None:
+    publisher = page.node.create_publisher(JointState, topics.JOINT_STATES, 10)
+    with scripted(page) as graph:
+        page.wait(graph, lambda: publisher.get_subscription_count() > 0)
+        for name, angle_rad in (('pan_joint', 0.25), ('left_wheel_joint', 9.0)):
+            publisher.publish(JointState(name=[name], position=[angle_rad]))
+        page.wait(graph, lambda: page.state.head is not None)
+    assert page.state.head == HeadAngles(turret_rad=0.0, pan_rad=0.25, tilt_rad=0.0)
 
 
 def test_an_end_is_judged_by_the_truth_of_its_tick(page: Page) -> None:

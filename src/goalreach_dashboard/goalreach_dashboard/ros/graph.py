@@ -32,7 +32,7 @@ costs it half a millisecond."""
 _TIMEOUT_S: Final = 0.75
 _POLLED: Final = {
     ROBOT: ('clock', 'speed', *ARENA_PARAMETERS, *parameter_infos(NoiseModel, 'noise.')),
-    CONTROLLER: ('mode', 'learn'),
+    CONTROLLER: ('mode', 'learn', 'stamped_cmd_vel'),
 }
 _ANY_PARAMETER: Final = ('use_sim_time',)
 

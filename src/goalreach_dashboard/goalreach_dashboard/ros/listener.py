@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PolygonStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -45,8 +45,10 @@ from goalreach_msgs_py.sensor_messages import (
     bumpers_from_raw,
     camera_from_raw,
     head_from_raw,
+    joint_names_from_raw,
     landmarks_from_raw,
 )
+from goalreach_msgs_py.topics import CONTROLLER
 from goalreach_msgs_py.values import Transition
 
 
@@ -200,6 +202,7 @@ class GraphListener:
         self._camera: CameraReader | None = None
         self._pending: deque[tuple[float, int, Transition]] = deque()
         self._bump_s = -math.inf
+        self._twist: type[Any] = TwistStamped
         keep = self._setter
         self._always: dict[PolledSubscription, _Handler] = {
             PolledSubscription(node, message_type, topic, qos): handler
@@ -215,7 +218,7 @@ class GraphListener:
             (Odometry, topics.GROUND_TRUTH, 100, self._on_truth),
             (Clock, topics.CLOCK, 1, keep('clock_ns', stamp_of)),
             (Odometry, topics.ODOM, 1, self._on_odometry),
-            (JointState, topics.JOINT_STATES, 1, keep('head', head_from_raw)),
+            (JointState, topics.JOINT_STATES, 5, self._on_joints),
             (LaserScan, topics.BUMPERS, 20, self._on_bumpers),
             (CameraInfo, topics.CAMERA_INFO, 1, self._on_camera_info),
             (DiagnosticArray, topics.STATE, 1, keep('state', state_from_raw)),
@@ -235,7 +238,10 @@ class GraphListener:
             self._camera = CameraReader(self._node)
             self._watched = tuple(
                 PolledSubscription(
-                    self._node, message_type, topic, best_effort(depth) if depth else LATCHED_QOS
+                    self._node,
+                    self._twist if topic == topics.CMD_VEL else message_type,
+                    topic,
+                    best_effort(depth) if depth else LATCHED_QOS,
                 )
                 for message_type, topic, depth, _ in reversed(self._inputs)
             )
@@ -247,10 +253,13 @@ class GraphListener:
 
     def update(self) -> None:
         """Take what has arrived; messages that cannot be used are logged and skipped."""
-        own_clock = topics.CLOCK.removeprefix('/')
-        if any(e.is_shared for e in self._watched) and self._node.count_publishers(own_clock):
+        own_clock, controller = topics.CLOCK.removeprefix('/'), self._state.parameters[CONTROLLER]
+        is_shared = any(each.is_shared for each in self._watched)
+        twist = TwistStamped if controller.get('stamped_cmd_vel', True) else Twist
+        if (is_shared and self._node.count_publishers(own_clock)) or twist is not self._twist:
+            was_watched, self._twist = bool(self._watched), twist
             self.watch(watched=False)
-            self.watch(watched=True)
+            self.watch(watched=was_watched)
         received = {each.topic: self._take(each) for each in self._watched}
         # Taken after the truth and added before it: a true pose that is dropped next still counts.
         for subscription, handler in self._always.items():
@@ -306,6 +315,12 @@ class GraphListener:
 
     def _on_odometry(self, raw: bytes) -> None:
         self._state.poses.add_odometry(stamp_of(raw), odometry_from_raw(raw).pose)
+
+    def _on_joints(self, raw: bytes) -> None:
+        """Keep the angles of the joints that the head has; some messages are of wheels alone."""
+        names = joint_names_from_raw(raw)
+        if joints := [name for name in topics.HEAD_JOINTS if name in names]:
+            self._state.head = head_from_raw(raw, joints)
 
     def _on_bumpers(self, raw: bytes) -> None:
         """Show a press for a moment: the next path may begin in the next tick."""

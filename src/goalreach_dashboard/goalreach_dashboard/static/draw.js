@@ -234,7 +234,7 @@ export function drawer(page) {
     const { url, size: [width, height], leds } = view.picture;
     set('camera', { viewBox: `0 0 ${width} ${height}` });
     set('image', { href: url, width, height });
-    text('camera-note', leds.length ? `${leds.filter(Boolean).length} of ${leds.length} LEDs` : 'no detections received');
+    text('camera-note', leds.length ? `${leds.filter(Boolean).length} of ${leds.length} LEDs` : view.arena.leds.length ? 'no detections received' : 'tags are not drawn');
     // The window is the smallest in which the localizer tracks an LED.
     html('detections', leds.map((led, n) => (led ? `<g data-testid="detection-${n + 1}"><rect x="${r(led[0] - 20)}" y="${r(led[1] - 20)}" width="40" height="40"/>`
       + `<text x="${r(Math.min(width - 36, Math.max(36, led[0])))}" y="${r(Math.max(led[1] - 28, 20))}">LED ${n + 1}</text></g>` : '')).join(''));
