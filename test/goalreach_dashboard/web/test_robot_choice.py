@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 import time
 
@@ -45,22 +46,28 @@ def test_the_page_shows_the_robot_that_is_chosen(tmp_path: Path) -> None:
             name: node.create_publisher(DiagnosticArray, f'/{name}/state', 1) for name in REGIONS
         }
         node.create_publisher(String, '/other/state', 1)  # of another type: no robot
-        words = ['dashboard', '--port', '0', '--robot', 'robot1']
+        events = tmp_path / 'events.jsonl'
+        events.write_text('{"event": "begin", "arenas": [], "policies": []}\n')
+        words = ['dashboard', '--port', '0', '--robot', 'robot1', '--events', str(events)]
         process = stack.enter_context(graphs.goalreach(words, domain=domain, home=tmp_path))
         assert process.stdout is not None
         url = process.stdout.readline().removeprefix('live page: ').strip()
         page = stack.enter_context(open_page(url, width=1366))
 
-        def shows(name: str) -> bool:
+        def shows(name: str, status: str = 'coming up: 1 of 4 nodes') -> bool:
             for each, publisher in states.items():
                 publisher.publish(raw_state(each))
-            return page.text('region') == f'in {region_name(REGIONS[name], (3, 3))}'
+            region = f'in {region_name(REGIONS[name], (3, 3))}'
+            return (page.text('region'), page.text('status')) == (region, status)
 
         assert serve_until(lambda: shows('robot1'), LIMIT_S)
         assert serve_until(page.find('robot-choice').is_displayed, LIMIT_S)
         options = page.find('robot-choice').find_elements('tag name', 'option')
         assert [option.text for option in options] == ['robot1', 'robot2']
-        for name in ('robot2', 'robot1'):
+        with events.open('a') as file:
+            file.write('{"event": "end", "reason": "stopped"}\n')
+        assert page.until(lambda: page.text('status') == 'run ended')
+        for name, status in (('robot2', 'coming up: 1 of 4 nodes'), ('robot1', 'run ended')):
             page.find('robot-choice').find_element('css selector', f'[value={name}]').click()
-            assert serve_until(lambda name=name: shows(name), LIMIT_S)  # type: ignore[misc]
+            assert serve_until(partial(shows, name, status), LIMIT_S)
         assert page.errors() == []

@@ -89,8 +89,8 @@ function lose() {
 function apply(difference, events) {
   painted = performance.now();
   page.set('waiting', false);
+  if ('robot' in difference) run.restart(); // a whole view: all events of its robot follow
   const changed = drawing.apply(difference);
-  if (changed.has('robot')) run.restart(); // a whole view: all events of its robot follow
   for (const event of events) run.add(event);
   if (changed.has('stamp')) drawError(page, drawing.view());
   describe(page, false);

@@ -25,8 +25,10 @@ export function followRun(page) {
     paths = [];
     end = null;
     recording = false;
+    page.set('ended', false);
     find('paths-rows').replaceChildren();
     summarise();
+    run.onChange();
   };
 
   run.add = (event) => {
@@ -37,11 +39,9 @@ export function followRun(page) {
   function begin(event) {
     run.restart();
     about = event;
-    page.set('ended', false);
     for (const [name, options, chosen] of [['run-arena', event.arenas, event.arena], ['run-policy', event.policies, event.policy]]) {
       find(name).replaceChildren(...options.map((option) => make('option', option === chosen ? { selected: '' } : {}, option)));
     }
-    run.onChange();
     summarise();
   }
 
