@@ -8,13 +8,16 @@ from pathlib import Path
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 import pytest
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from browser import require_browser
 from goalreach_lab.rigs.chromium import open_page
 from goalreach_msgs_py.diagnostic_messages import state_to_raw
 from goalreach_msgs_py.regions import region_name
+from goalreach_msgs_py.topics import HEAD_JOINTS
 from goalreach_msgs_py.values import Confidence, Pose2, RegionState
 import graphs
 
@@ -45,6 +48,8 @@ def test_the_page_shows_the_robot_that_is_chosen(tmp_path: Path) -> None:
         states = {
             name: node.create_publisher(DiagnosticArray, f'/{name}/state', 1) for name in REGIONS
         }
+        truth = node.create_publisher(Odometry, '/robot1/ground_truth/odom', 1)
+        joints = node.create_publisher(JointState, '/robot1/joint_states', 1)
         node.create_publisher(String, '/other/state', 1)  # of another type: no robot
         events = tmp_path / 'events.jsonl'
         events.write_text('{"event": "begin", "arenas": [], "policies": []}\n')
@@ -54,13 +59,17 @@ def test_the_page_shows_the_robot_that_is_chosen(tmp_path: Path) -> None:
         url = process.stdout.readline().removeprefix('live page: ').strip()
         page = stack.enter_context(open_page(url, width=1366))
 
-        def shows(name: str, status: str = 'coming up: 1 of 4 nodes') -> bool:
+        def shows(name: str, status: str) -> bool:
             for each, publisher in states.items():
                 publisher.publish(raw_state(each))
+            truth.publish(Odometry())
+            joints.publish(JointState(name=[*HEAD_JOINTS], position=[0.0, 0.0, 0.0]))
             region = f'in {region_name(REGIONS[name], (3, 3))}'
-            return (page.text('region'), page.text('status')) == (region, status)
+            turret = page.find('turret').value_of_css_property('visibility')
+            found = (page.text('region'), page.text('status'), turret)
+            return found == (region, status, 'visible' if name == 'robot1' else 'hidden')
 
-        assert serve_until(lambda: shows('robot1'), LIMIT_S)
+        assert serve_until(lambda: shows('robot1', 'coming up: 2 of 4 nodes'), LIMIT_S)
         assert serve_until(page.find('robot-choice').is_displayed, LIMIT_S)
         options = page.find('robot-choice').find_elements('tag name', 'option')
         assert [option.text for option in options] == ['robot1', 'robot2']

@@ -97,12 +97,12 @@ export function drawer(page) {
     const { truth, camera, bumpers } = view;
     see('robot', truth, truth && { transform: move(truth) });
     see('camera-view', truth && camera !== null);
+    see('turret', truth && camera !== null);
     see('needle', truth);
     if (!truth) { html('sight-lines', ''); return; }
     set('needle', { transform: rotate(truth[2]) });
     set('drive-heading', { transform: rotate(truth[2]) });
     html('bumpers', bumpers.map(([n, of]) => `<path d="M${arc(25.5, (360 / of) * n, 360 / of)}"/>`).join(''));
-    see('turret', camera !== null);
     if (camera === null) return;
     set('turret', { transform: rotate(camera) });
     set('camera-view', { d: `M0 0L${arc(VIEW_CM, camera, view.fov)}z`, transform: move(truth) });
