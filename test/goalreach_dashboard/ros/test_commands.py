@@ -10,7 +10,8 @@ import pytest
 from goalreach_dashboard.ros.commands import GraphCommands, checked_pose
 from goalreach_dashboard.state import PageState
 from goalreach_msgs_py.arena import Arena
-from goalreach_msgs_py.errors import ConfigurationError
+from goalreach_msgs_py.errors import CommandError, ConfigurationError
+from goalreach_msgs_py.topics import ESTIMATOR, LOCALIZER, ROBOT
 
 ARENA = Arena()
 _anything = st.recursive(
@@ -40,14 +41,18 @@ def test_whatever_a_browser_sends_is_refused_or_a_pose_on_the_floor(sent: object
 
 
 class Commands(GraphCommands):
-    """Commands to nodes that accept every value.
+    """Commands to nodes that accept every value, but one that is absent.
 
     Attributes:
         sent: The parameters set, by name.
     """
 
-    def __init__(self) -> None:
-        super().__init__(Mock(), PageState(arena=ARENA))
+    def __init__(self, absent: str = '') -> None:
+        def create_client(_: object, name: str) -> Mock:
+            ready = name.partition('/')[0] != absent
+            return Mock(srv_name=f'/{name}', service_is_ready=lambda: ready)
+
+        super().__init__(Mock(create_client=create_client), PageState(arena=ARENA))
         self.sent: dict[str, object] = {}
 
     async def _set(self, _node: str, values: Mapping[str, object]) -> None:
@@ -70,6 +75,22 @@ def test_a_bad_value_is_refused_and_nothing_sent(name: str, wrong: object) -> No
     with pytest.raises(ConfigurationError, match=f'^{name} = '):
         asyncio.run(commands.execute(name, wrong))
     assert not commands.sent
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'absent'),
+    [
+        ('noise', 'none', LOCALIZER),
+        ('goal', [1.778, 0.5], ESTIMATOR),
+        ('goal', [1.778, 0.5], ROBOT),
+    ],
+)
+def test_where_a_node_is_absent_no_other_is_changed(name: str, value: object, absent: str) -> None:
+    commands = Commands(absent)
+    with pytest.raises(CommandError, match=f'^/{absent}/.* is not available'):
+        asyncio.run(commands.execute(name, value))
+    assert not commands.sent
+    assert asyncio.run(Commands().execute(name, value)).startswith(f'{name}: ')
 
 
 def test_a_good_value_is_sent_a_speed_always_as_a_double() -> None:

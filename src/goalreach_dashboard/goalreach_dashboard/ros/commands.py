@@ -121,8 +121,7 @@ class GraphCommands:
     async def set_noise(self, preset: object) -> str:
         """Set the noise of the robot's sensors to a preset, and make the localizer expect it."""
         values = noise_parameters(str(preset))
-        await self._set(ROBOT, values)
-        await self._set(LOCALIZER, values)
+        await self._set_all({ROBOT: values, LOCALIZER: values})
         return f'noise: {preset}'
 
     async def move_goal(self, value: object) -> str:
@@ -134,10 +133,16 @@ class GraphCommands:
         if not (0.0 <= x_m <= arena.width_m and 0.0 <= y_m <= arena.length_m):
             raise ConfigurationError('goal', (x_m, y_m), 'on the floor')
         name = region_name(regions.region_at(x_m, y_m), regions.shape)
-        await self._set(CONTROLLER, {'goal': name})
-        await self._set(ESTIMATOR, {'goal': name})
-        await self._set(ROBOT, {'goal_region': name})
+        goal = {'goal': name}
+        await self._set_all({CONTROLLER: goal, ESTIMATOR: goal, ROBOT: {'goal_region': name}})
         return f'goal: {name}'
+
+    async def _set_all(self, values: Mapping[str, Mapping[str, object]]) -> None:
+        """Set parameters of several nodes; of none where one of them is not available."""
+        for node in values:
+            _require_ready(self._parameters[node])
+        for node, parameters in values.items():
+            await self._set(node, parameters)
 
     async def _set(self, node: str, values: Mapping[str, object]) -> None:
         parameters = [
@@ -154,8 +159,7 @@ class GraphCommands:
             raise CommandError(response.message)
 
     async def _respond(self, client: Client[Any, Any], request: object) -> Any:
-        if not client.service_is_ready():
-            raise CommandError(f'{client.srv_name} is not available')
+        _require_ready(client)
         future = client.call_async(request)
         deadline_s = time.monotonic() + _TIMEOUT_S
         while not future.done():
@@ -164,3 +168,8 @@ class GraphCommands:
                 raise CommandError(f'no response from {client.srv_name}')
             await asyncio.sleep(_POLL_S)
         return future.result()
+
+
+def _require_ready(client: Client[Any, Any]) -> None:
+    if not client.service_is_ready():
+        raise CommandError(f'{client.srv_name} is not available')
