@@ -6,6 +6,7 @@ by simulator and localizer cannot hide here.
 
 from dataclasses import replace
 import math
+from typing import Any
 
 import cv2
 from hypothesis import given
@@ -121,7 +122,7 @@ def test_an_equidistant_lens_maps_angles_to_distances() -> None:
 
 
 def test_a_lens_shows_nothing_beyond_where_its_polynomial_turns_back() -> None:
-    known = {'fx_px': 500.0, 'fy_px': 500.0, 'cx_px': 320.0, 'cy_px': 240.0}
+    known: dict[str, Any] = {'fx_px': 500.0, 'fy_px': 500.0, 'cx_px': 320.0, 'cy_px': 240.0}
     camera = PinholeCamera(**known, distortion=(-0.3, 0.0, 0.0, 0.0, 0.0))  # r - 0.3 r^3
     assert camera.widest == pytest.approx(1.0 / math.sqrt(0.9), abs=0.01)
     points = np.array([[1.0, 0.0, 1.0], [0.0, 1.1, 1.0], [-1.5, 0.0, 1.0]])

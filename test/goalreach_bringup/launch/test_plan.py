@@ -301,7 +301,8 @@ def test_the_controller_is_told_who_places_and_who_stops_the_robot(
 def test_a_robot_that_is_not_placed_learns_in_the_trials_announced(
     external: ExternalNodes, service: str
 ) -> None:
-    planned_for = external.parameters(planned(), placement_service=service, drive=True)
+    options = RunOptions(external=(ROBOT,), placement_service=service)
+    planned_for = external.parameters(planned(), options)
     mission = build_config(MissionConfig, planned_for[CONTROLLER])
     orders = [mission.path_order(path) for path in range(440)]
     trials = [order.trial for order in orders if order]
