@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any
 
+from goalreach_msgs_py.errors import one_line
 from goalreach_msgs_py.options import CommandOptions, SeededOptions, add_options, read_options
 
 
@@ -69,7 +70,10 @@ class Command:
         Raises:
             ConfigurationError: An option is refused.
         """
-        namespace = self.parser(program).parse_args(arguments)
+        parser = self.parser(program)
+        namespace, unknown = parser.parse_known_args(arguments)
+        if unknown:
+            parser.error(one_line(f'unrecognized arguments: {" ".join(unknown)}'))
         chosen: Command = namespace.chosen_command
         return chosen, read_options(chosen.options, namespace)
 
