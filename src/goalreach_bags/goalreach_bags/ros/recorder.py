@@ -44,7 +44,7 @@ _DECIDE_S: Final = 1.0
 """Time after the first message during which messages are held back until the graph turns out to
 have a clock or not."""
 _CLOCK_S: Final = 10.0
-"""The same where a clock is expected: the simulator of a run may start late."""
+"""The same where a clock is expected or known: the simulator of a run may start late."""
 
 _QUIET_S: Final = 0.3
 _DRAIN_S: Final = 3.0
@@ -154,8 +154,10 @@ class Recorder(Node):
                 run.acknowledger = Acknowledger(self, window_ticks=1, namespace=run.prefix)
 
     def _decide_clock(self, now_s: float) -> None:
-        if self._sim_time is None and self._held and now_s - self._began_s >= self._patience_s:
-            self._sim_time = self._options.clock_topic in self._inputs.by_name
+        has_clock = self._options.clock_topic in self._inputs.by_name
+        patience_s = _CLOCK_S if has_clock else self._patience_s
+        if self._sim_time is None and self._held and now_s - self._began_s >= patience_s:
+            self._sim_time = has_clock and bool(self._runs)  # else it may be silent for ever
             if not self._sim_time:
                 self._release()
 
