@@ -106,6 +106,14 @@ def test_regions_and_memberships_of_five_columns_and_one_row() -> None:
     assert len(regions.cells) == 5
 
 
+def test_crisp_and_fuzzy_agree_where_one_region_ends_and_the_next_begins() -> None:
+    knots_m = (0.0, 1.0, 1.0, 2.0, 2.0, 3.0)
+    regions = RegionMap(x_knots_m=knots_m, y_knots_m=knots_m)
+    for x_m in (0.5, 1.0, 1.5, 2.0, 2.5):
+        mu_x, _ = regions.memberships_at(x_m, 0.5)
+        assert mu_x.index(1.0) == regions.region_at(x_m, 0.5)[0]
+
+
 @pytest.mark.parametrize(
     'fields', [{'actions': 6}, {'actions': 8.0}, {'x_knots_m': (0.0, 1.0, 2.0)}, {'goal': (3, 0)}]
 )

@@ -35,8 +35,8 @@ def test_a_transition_without_width_is_a_crisp_border() -> None:
     crisp = (0.0, 2.0, 2.0, 5.0, 5.0, 8.0)
     assert memberships(1.999, crisp) == (1.0, 0.0, 0.0)
     assert memberships(2.0, crisp) == (0.0, 1.0, 0.0)
-    assert memberships(5.0, crisp) == (0.0, 1.0, 0.0)
-    assert memberships(5.001, crisp) == (0.0, 0.0, 1.0)
+    assert memberships(4.999, crisp) == (0.0, 1.0, 0.0)
+    assert memberships(5.0, crisp) == (0.0, 0.0, 1.0)
 
 
 @given(st.floats(-2.0, 10.0), st.lists(st.floats(0.0, 8.0), min_size=6, max_size=6))

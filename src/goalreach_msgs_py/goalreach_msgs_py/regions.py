@@ -248,8 +248,7 @@ def memberships(value: float, knots: Sequence[float]) -> tuple[float, ...]:
     (0.25, 0.75, 0.0)
     """
     mu = [0.0] * (len(knots) // 2)
-    fades = enumerate(zip(knots[1:-1:2], knots[2:-1:2], strict=True))
-    index = sum(value >= end and (n == 0 or value > begin) for n, (begin, end) in fades)
+    index = bisect_right(knots[2:-1:2], value)
     low, high = knots[2 * index + 1], knots[min(2 * index + 2, len(knots) - 1)]
     if value <= low or index == len(mu) - 1:
         mu[index] = 1.0
