@@ -1,6 +1,7 @@
 """The arena as one checked value."""
 
 from dataclasses import replace
+import math
 
 import pytest
 
@@ -78,6 +79,12 @@ def test_the_parameters_of_a_robot_describe_its_arena() -> None:
     assert arena.landmarks_m[1] == (1.8, 0.508, 1.8288)
     assert arena.tags == (Tag(id=3, size_m=0.2, x_m=1.0, y_m=0.0, z_m=1.3, facing_rad=1.57),)
     assert Arena.from_parameters({**PARAMETERS, 'leds': False}).landmarks_m == ()
+
+
+def test_an_obstacle_at_infinity_is_refused() -> None:
+    values = {**PARAMETERS, 'obstacles': [1.0, 2.0, 0.0, 0.0, 0.2, 0.0, 0.6, 0.0, math.inf]}
+    with pytest.raises(ConfigurationError, match='arena'):
+        Arena.from_parameters(values)
 
 
 @pytest.mark.parametrize(

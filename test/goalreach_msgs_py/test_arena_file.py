@@ -106,6 +106,7 @@ def test_starts_along_the_border_leave_the_goal_out(tmp_path: Path) -> None:
         ('regions.transition_width_m', None, 'regions.transition_width_m = None: must be a fin'),
         ('regions.goal', 'MIDDLE', "regions.goal = 'MIDDLE': must be one of LEFT-SIDE"),
         ('regions.goal', 4, 'regions.goal = 4: must be a region'),
+        ('regions.labels', {'x': [], 'y': []}, 'regions.labels.x = []: must be a list of texts'),
         ('regions.gaol', 'x', "regions.gaol = 'x': must be left out"),
         ('regions', {**KNOTS, 'x_knots_m': [0, 1, 1, 2, 2, 3.9]}, 'knots that cover 0 to 4 m'),
         (
@@ -152,10 +153,10 @@ def test_names_what_is_missing(tmp_path: Path, name: str) -> None:
         (b'', 'the file = None: must be a mapping'),
         (b'- 1\n- 2\n', 'must be a mapping'),
         (b'name: [\n', 'is not YAML at line'),
-        (b'name: 2001-13-45\n', 'is not YAML'),
+        (b'name: 2001-13-45\n', 'is not YAML: month must be in'),
         (b'\xff\xfe\x00\x80', 'is not UTF-8 text'),
         (b'a\x00b', 'is not YAML'),
-        (b'[' * 20000, 'is not YAML'),
+        (b'[' * 20000, 'is not YAML: nested too deeply'),
         (b'name: a\nname: b\n', 'name is given twice at line 2'),
     ],
 )

@@ -157,7 +157,7 @@ class Arena:
                 tags=tags_from_flat(values.get('tags') or ()),
                 tag_family=values.get('tag_family') or '36h11',
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ConfigurationError('arena', error, 'described by all its parameters') from None
 
     def _check_landmarks(self) -> None:

@@ -137,7 +137,7 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
     names = _KNOTS if any(name in given for name in _KNOTS) else _BORDERS
     fields = _mapping(value, 'regions', (*names, 'goal'), _OF_REGIONS)
     named = _mapping(given['labels'], 'regions.labels', ('x', 'y')) if 'labels' in given else {}
-    own = tuple(_texts(named[axis], f'labels.{axis}') for axis in sorted(named))
+    own = tuple(_texts(named[axis], f'labels.{axis}', least=1) for axis in sorted(named))
     forbidden = _texts(given.get('forbidden', []), 'forbidden')
     goal = fields['goal']
     if not isinstance(goal, str):
@@ -165,10 +165,11 @@ def _regions(value: object, sizes_m: tuple[float, float]) -> RegionMap:
         raise ConfigurationError(f'regions.{error.field}', error.value, error.allowed) from None
 
 
-def _texts(value: object, name: str) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(text, str) for text in value):
+def _texts(value: object, name: str, least: int = 0) -> tuple[str, ...]:
+    texts = value if isinstance(value, list) else [None]
+    if len(texts) < least or not all(isinstance(text, str) for text in texts):
         raise ConfigurationError(f'regions.{name}', value, 'a list of texts')
-    return tuple(value)
+    return tuple(texts)
 
 
 def knots_around(borders_m: Iterable[float], width_m: float, size_m: float) -> tuple[float, ...]:

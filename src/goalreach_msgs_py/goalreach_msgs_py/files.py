@@ -120,7 +120,8 @@ def read_yaml(path: str | Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader)
         return load_yaml(read_text(path), loader)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
-        place = '' if mark is None else f' at line {mark.line + 1}'
+        reason = str(error).partition('\n')[0]
+        place = f': {reason}' if mark is None else f' at line {mark.line + 1}'
         raise FileFormatError(path, f'is not YAML{place}') from None
 
 
