@@ -21,3 +21,9 @@ def test_a_port_that_is_taken_is_refused_and_another_found() -> None:
         with bind('127.0.0.1', None) as free:
             assert isinstance(free, socket.socket)
             assert free.getsockname()[1] != port
+
+
+def test_an_address_of_another_machine_is_refused_with_the_port_asked_for() -> None:
+    for port, named in ((0, 0), (9, 9), (None, 8080)):
+        with pytest.raises(GoalreachError, match=f'^192.0.2.1:{named}: cannot listen'):
+            bind('192.0.2.1', port)

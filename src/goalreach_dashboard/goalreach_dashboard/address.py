@@ -36,7 +36,7 @@ def bind(host: str, port: int | None) -> socket.socket:
             return socket.create_server((host, candidate), family=family, dualstack_ipv6=is_ipv6)
         except (OSError, OverflowError) as error:
             reason = str(error)
-    raise GoalreachError(f'{host}:{port or DEFAULT_PORT}: cannot listen: {reason}')
+    raise GoalreachError(f'{host}:{ports[0]}: cannot listen: {reason}')
 
 
 def url(host: str, port: int, token: str | None = None) -> str:

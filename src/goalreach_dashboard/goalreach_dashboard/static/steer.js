@@ -33,7 +33,7 @@ export function steer(page, run) {
     find('steering').hidden = !allowed;
     find('read-only').hidden = allowed;
     find('steering').disabled = !live;
-    if (!live) place(false);
+    if (!live) { place(false); aim(false); }
     run.allow(allowed && !page.is('lost'), live);
   };
   steering.answered = ({ answer, ticket, replay }) => {

@@ -105,7 +105,7 @@ def run_nodes(
     except GoalreachError as error:
         kind = 'parameter ' if isinstance(error, ConfigurationError) else ''
         sys.stderr.write(f'{name}: {kind}{error}'.strip().splitlines()[0] + '\n')
-        return GoalreachError.status
+        return error.status
     finally:
         _flush(nodes)
         for node in nodes:
