@@ -3,6 +3,7 @@
 import errno
 import os
 from pathlib import Path
+import shutil
 import sqlite3
 from typing import Any
 
@@ -111,6 +112,20 @@ def test_splits_hold_everything_once(tmp_path: Path) -> None:
     assert [span.message_count for span in metadata.files] == [20, 20, 20, 20, 20]
     with BagReader(tmp_path / 'bag') as bag:
         assert [m.time_ns for m in bag.messages()] == [m[1] for m in texts(100, 5000)]
+
+
+def test_a_bag_that_is_deleted_while_it_is_split_stops_the_recording(tmp_path: Path) -> None:
+    path = tmp_path / 'bag'
+    bag = BagWriter(path, StorageOptions(max_size=0.01))
+    bag.add_topic(string_topic())
+    for message in texts(10, 5000):
+        bag.write(*message)
+    size = bag.size
+    assert size > 9 * 5000
+    shutil.rmtree(path)
+    assert bag.size == size
+    with pytest.raises(BagStoppedError, match='recording stopped'):
+        bag.close()
 
 
 def test_same_messages_make_the_same_file(tmp_path: Path) -> None:

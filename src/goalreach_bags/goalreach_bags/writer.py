@@ -62,7 +62,7 @@ class BagWriter:
         self._spans: list[FileSpan] = []
         self.custom: dict[str, str] = {}
         self._pending: list[StoredMessage] = []
-        self._pending_bytes = 0
+        self._pending_bytes = self._closed_bytes = 0
         self._flushed_s = now()
         self._file: _StorageFile | None = None
         require_new_bag(self.path)
@@ -75,8 +75,7 @@ class BagWriter:
     @property
     def size(self) -> int:
         """Bytes of all files."""
-        closed = self._spans if self._file is None else self._spans[:-1]
-        size = sum((self.path / span.name).stat().st_size for span in closed)
+        size = self._closed_bytes
         return size if self._file is None else size + self._file.size + self._pending_bytes
 
     def add_topic(self, topic: BagTopic) -> None:
@@ -183,6 +182,7 @@ class BagWriter:
         self._flush()
         self._storage.finish(metadata_text(self.metadata()))
         self._file = None
+        self._closed_bytes += (self.path / self._spans[-1].name).stat().st_size
 
     def _finish(self) -> None:
         if self._file is not None:
