@@ -11,21 +11,10 @@ import numpy as np
 from goalreach_dashboard.health import GraphHealth
 from goalreach_dashboard.pose_history import PoseHistory
 from goalreach_learning.policy import Policy
-from goalreach_msgs_py import topics
+from goalreach_msgs_py import topics, values
 from goalreach_msgs_py.arena import PAPER_STARTS, Arena
 from goalreach_msgs_py.diagnostic_messages import Status
 from goalreach_msgs_py.topics import CONTROLLER, ESTIMATOR, LOCALIZER, NODES, ROBOT
-from goalreach_msgs_py.values import (
-    Confidence,
-    FloatArray,
-    HeadAngles,
-    LandmarkObservation,
-    PathOutcome,
-    Pose2,
-    PoseEstimate,
-    RegionState,
-    Transition,
-)
 from goalreach_perception.state_estimator import StateEstimatorConfig
 
 _MAX_CURVE_POINTS: Final = 600
@@ -44,7 +33,7 @@ TOPICS_OF: Final = {
 }
 """By node, topics that it publishes at every tick."""
 
-Landmarks = tuple[LandmarkObservation | None, ...]
+Landmarks = tuple[values.LandmarkObservation | None, ...]
 
 
 class PathStatistics:
@@ -59,14 +48,14 @@ class PathStatistics:
 
     def __init__(self) -> None:
         self.outcomes: Counter[str] = Counter()
-        self.last: Transition | None = None
+        self.last: values.Transition | None = None
         self.curve: list[tuple[int, float]] = []
         self._recent: deque[bool] = deque(maxlen=PAPER_STARTS)
 
     def add(self, number: int, outcome: str) -> None:
         """Count a finished path, by its number from 1."""
         self.outcomes[outcome] += 1
-        self._recent.append(outcome == PathOutcome.GOAL.value)
+        self._recent.append(outcome == values.PathOutcome.GOAL.value)
         while self.curve and self.curve[-1][0] >= number:
             self.curve.pop()  # a restarted controller repeats a path
         self.curve.append((number, sum(self._recent) / len(self._recent)))
@@ -109,12 +98,12 @@ class PageState:
     poses: PoseHistory = field(init=False)
     paths: PathStatistics = field(default_factory=PathStatistics)
     health: GraphHealth = field(default_factory=lambda: GraphHealth(TOPICS_OF))
-    state: RegionState | None = None
+    state: values.RegionState | None = None
     policy: Policy | None = None
     learner: Mapping[str, Any] = field(default_factory=dict)
     picture: CameraPicture | None = None
     landmarks: Landmarks = ()
-    head: HeadAngles | None = None
+    head: values.HeadAngles | None = None
     bumpers: tuple[bool, ...] = ()
     behaviors: Sequence[Status] = ()
     obstacles: Sequence[tuple[float, ...]] = ()
@@ -128,7 +117,7 @@ class PageState:
     bag: str = ''
     external: tuple[str, ...] = ()
     events: dict[int, Mapping[str, Any]] = field(default_factory=dict)
-    _q: FloatArray | None = None
+    _q: values.FloatArray | None = None
     _is_reported: bool = False
 
     def __post_init__(self) -> None:
@@ -156,18 +145,18 @@ class PageState:
         self.poses = PoseHistory(self.arena.length_m)
         self.health = GraphHealth(TOPICS_OF)
 
-    def add_estimate(self, stamp_ns: int, estimate: PoseEstimate) -> None:
+    def add_estimate(self, stamp_ns: int, estimate: values.PoseEstimate) -> None:
         """Add an estimate; it leaves a trail while it and the region state are trusted.
 
         A localizer that searches for its pose widens its covariance at once; the region state
         follows a moment later.
         """
         variance = float(max(estimate.covariance[0, 0], estimate.covariance[1, 1]))
-        certain = self.state is not None and self.state.confidence is Confidence.OK
+        certain = self.state is not None and self.state.confidence is values.Confidence.OK
         trusted = certain and variance < _TRUSTED_SIGMA_M**2
         self.poses.add_estimate(stamp_ns, estimate, trusted=trusted)
 
-    def add_transition(self, stamp_ns: int, transition: Transition) -> None:
+    def add_transition(self, stamp_ns: int, transition: values.Transition) -> None:
         """Add a finished action; the end of a path is judged by the true pose of its stamp.
 
         Where the truth is unknown, a declared goal counts. In a run the launcher judges.
@@ -176,19 +165,19 @@ class PageState:
         if transition.outcome is None or self._is_reported:
             return
         outcome, truth = transition.outcome.value, self.poses.truths.get(stamp_ns)
-        if transition.outcome is PathOutcome.GOAL and truth is not None:
+        if transition.outcome is values.PathOutcome.GOAL and truth is not None:
             regions = self.arena.regions
             is_goal = regions.region_at(truth.x_m, truth.y_m) == regions.goal
             outcome = outcome if is_goal else 'false-goal'
         path = {'number': transition.path + 1, 'outcome': outcome, 'end_s': stamp_ns * 1e-9}
         self.add_event({'event': 'path', **path})
 
-    def place(self, pose: Pose2) -> None:
+    def place(self, pose: values.Pose2) -> None:
         """Show the robot where it was placed: while paused it publishes no pose."""
         self.poses = PoseHistory(self.arena.length_m)
         self.poses.truth = pose
 
-    def set_q_table(self, q: FloatArray) -> None:
+    def set_q_table(self, q: values.FloatArray) -> None:
         """Set the Q-values, which wait for an arena that they fit."""
         if self._q is None or not np.array_equal(self._q, q):
             self._q, self.policy = q, Policy.of_table(q, self.arena.regions)

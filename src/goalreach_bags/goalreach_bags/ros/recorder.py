@@ -12,17 +12,9 @@ from rclpy.node import Node
 from rich.console import Console
 from rich.status import Status
 
+from goalreach_bags import recording
 from goalreach_bags.decode import erase_padding
 from goalreach_bags.options import RecordOptions
-from goalreach_bags.recording import (
-    CLOCK_KEY,
-    LOST_KEY,
-    OUTPUT_TYPES,
-    PARAMETERS_KEY,
-    RUN_TOPICS,
-    TICK_TOPICS,
-    UNSTAMPED,
-)
 from goalreach_bags.ros.qos_profiles import bag_topic
 from goalreach_bags.ros.subscriptions import GraphSubscriptions, ReceivedMessage, TopicSubscription
 from goalreach_bags.storage import BagStoppedError
@@ -88,7 +80,7 @@ class Recorder(Node):
         self._path = options.bag or Path(time.strftime('goalreach-%Y-%m-%d-%H-%M-%S'))
         self._writer = BagWriter(self._path, options.storage)
         if options.parameters:
-            self._writer.custom[PARAMETERS_KEY] = options.parameters
+            self._writer.custom[recording.PARAMETERS_KEY] = options.parameters
         self._inputs = GraphSubscriptions(self, options.selection, options.clock_topic)
         self._clock_ns: int | None = None
         robots = options.robots or (('',) if options.with_run else ())
@@ -103,11 +95,11 @@ class Recorder(Node):
         self._began_s = self._discovered_s = self._heard_s = time.monotonic()
 
     def _expect_run(self, prefix: str) -> _Run:
-        self._inputs.expect({prefix + name: kind for name, kind in OUTPUT_TYPES.items()})
-        names = [prefix + name for name in RUN_TOPICS if name != CLOCK or not prefix]
+        self._inputs.expect({prefix + name: kind for name, kind in recording.OUTPUT_TYPES.items()})
+        names = [prefix + name for name in recording.RUN_TOPICS if name != CLOCK or not prefix]
         recorded = [name for name in names if self._inputs.records(name)]
-        ticks = [name for name in recorded if name.removeprefix(prefix) in TICK_TOPICS]
-        unstamped = [prefix + name for name in UNSTAMPED]
+        ticks = [name for name in recorded if name.removeprefix(prefix) in recording.TICK_TOPICS]
+        unstamped = [prefix + name for name in recording.UNSTAMPED]
         return _Run(prefix, recorded, TickOrder(ticks, unstamped))
 
     def record(self, is_over: Callable[[], bool], watch: Callable[[str], None]) -> str:
@@ -231,7 +223,7 @@ class Recorder(Node):
         for name in filter(self._inputs.records, self._inputs.by_name):
             self._add_topic(name)
         clock, lost = 'sim' if self._sim_time else 'wall', self._inputs.lost()
-        self._writer.custom |= {LOST_KEY: json.dumps(lost), CLOCK_KEY: clock}
+        self._writer.custom |= {recording.LOST_KEY: json.dumps(lost), recording.CLOCK_KEY: clock}
         self._guard(self._writer.close)
         total = self._writer.metadata().total
         losses = ', '.join(f'{count} of {name}' for name, count in sorted(lost.items()))

@@ -25,15 +25,10 @@ from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from goalreach_dashboard.state import CameraPicture, Landmarks, PageState
+from goalreach_msgs_py import diagnostic_messages as diagnostics
+from goalreach_msgs_py import sensor_messages as sensors
 from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import MessageError, stamp_of
-from goalreach_msgs_py.diagnostic_messages import (
-    learner_from_raw,
-    q_table_from_raw,
-    state_from_raw,
-    statuses_from_raw,
-    transition_from_raw,
-)
 from goalreach_msgs_py.image_messages import (
     compressed_image_from_raw,
     decode_image,
@@ -41,13 +36,6 @@ from goalreach_msgs_py.image_messages import (
 )
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RawReader
-from goalreach_msgs_py.sensor_messages import (
-    bumpers_from_raw,
-    camera_from_raw,
-    head_from_raw,
-    joint_names_from_raw,
-    landmarks_from_raw,
-)
 from goalreach_msgs_py.topics import CONTROLLER
 from goalreach_msgs_py.values import Transition
 
@@ -209,7 +197,7 @@ class GraphListener:
             for message_type, topic, qos, handler in (
                 (DiagnosticArray, topics.TRANSITION, QoSProfile(depth=500), self._on_transition),
                 (Float64MultiArray, topics.Q_TABLE, LATCHED_QOS, self._on_q_table),
-                (String, topics.MODEL, LATCHED_QOS, keep('learner', learner_from_raw)),
+                (String, topics.MODEL, LATCHED_QOS, keep('learner', diagnostics.learner_from_raw)),
             )
         }
         # Type, topic, depth (0: latched) and handler. Taken from last to first, so the truth after
@@ -221,9 +209,14 @@ class GraphListener:
             (JointState, topics.JOINT_STATES, 5, self._on_joints),
             (LaserScan, topics.BUMPERS, 20, self._on_bumpers),
             (CameraInfo, topics.CAMERA_INFO, 1, self._on_camera_info),
-            (DiagnosticArray, topics.STATE, 1, keep('state', state_from_raw)),
+            (DiagnosticArray, topics.STATE, 1, keep('state', diagnostics.state_from_raw)),
             (PolygonStamped, topics.LANDMARKS, 100, self._on_landmarks),
-            (DiagnosticArray, topics.BEHAVIORS, 1, keep('behaviors', statuses_from_raw)),
+            (
+                DiagnosticArray,
+                topics.BEHAVIORS,
+                1,
+                keep('behaviors', diagnostics.statuses_from_raw),
+            ),
             (MarkerArray, topics.MARKERS, 0, self._on_markers),
             (PoseWithCovarianceStamped, topics.POSE, 5, _count_alone),
             (JointState, topics.HEAD_COMMAND, 1, _count_alone),
@@ -318,13 +311,13 @@ class GraphListener:
 
     def _on_joints(self, raw: bytes) -> None:
         """Keep the angles of the joints that the head has; some messages are of wheels alone."""
-        names = joint_names_from_raw(raw)
+        names = sensors.joint_names_from_raw(raw)
         if joints := [name for name in topics.HEAD_JOINTS if name in names]:
-            self._state.head = head_from_raw(raw, joints)
+            self._state.head = sensors.head_from_raw(raw, joints)
 
     def _on_bumpers(self, raw: bytes) -> None:
         """Show a press for a moment: the next path may begin in the next tick."""
-        pressed, now_s = bumpers_from_raw(raw), time.monotonic()
+        pressed, now_s = sensors.bumpers_from_raw(raw), time.monotonic()
         if any(pressed):
             self._bump_s = now_s
         if any(pressed) or now_s - self._bump_s > _BUMP_SHOWN_S:
@@ -343,11 +336,11 @@ class GraphListener:
         self._state.obstacles = obstacles
 
     def _on_camera_info(self, raw: bytes) -> None:
-        camera = camera_from_raw(raw)
+        camera = sensors.camera_from_raw(raw)
         self._state.fov_rad = 2.0 * math.atan(camera.width_px / 2.0 / camera.fx_px)
 
     def _on_landmarks(self, raw: bytes) -> None:
-        self._state.landmarks = landmarks_from_raw(raw)
+        self._state.landmarks = sensors.landmarks_from_raw(raw)
         if self._camera is not None:
             self._camera.add_landmarks(stamp_of(raw), self._state.landmarks)
 
@@ -359,7 +352,9 @@ class GraphListener:
             self._state.add_estimate(stamp_ns, estimate_from_raw(raw))
 
     def _on_transition(self, raw: bytes) -> None:
-        self._pending.append((time.monotonic(), stamp_of(raw), transition_from_raw(raw)))
+        self._pending.append(
+            (time.monotonic(), stamp_of(raw), diagnostics.transition_from_raw(raw))
+        )
 
     def _on_q_table(self, raw: bytes) -> None:
-        self._state.set_q_table(q_table_from_raw(raw))
+        self._state.set_q_table(diagnostics.q_table_from_raw(raw))

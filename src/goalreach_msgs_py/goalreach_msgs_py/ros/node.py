@@ -19,17 +19,11 @@ from rclpy.utilities import get_default_context
 
 from goalreach_msgs_py.diagnostic_messages import OK, WARN, Status, statuses_to_raw
 from goalreach_msgs_py.errors import ConfigurationError, GoalreachError
+from goalreach_msgs_py.ros import process
 from goalreach_msgs_py.ros.dds_profile import fast_dds_profile, use_profile
 from goalreach_msgs_py.ros.distribution import installed
 from goalreach_msgs_py.ros.messaging import RELIABLE_QOS, StampedReply, advertise
 from goalreach_msgs_py.ros.parameters import warn_of_unknown_parameters
-from goalreach_msgs_py.ros.process import (
-    PeriodicGc,
-    StopRequest,
-    keep_freed_memory,
-    set_process_name,
-    terminate_with_launcher,
-)
 from goalreach_msgs_py.topics import DIAGNOSTICS
 
 NO_LOG_FILE = ('--ros-args', '--disable-external-lib-logs')
@@ -90,10 +84,10 @@ def run_nodes(
     Returns:
         Exit status: 0 after a clean end, 2 where the configuration was refused.
     """
-    set_process_name(name)
-    terminate_with_launcher()
-    keep_freed_memory()
-    stop = StopRequest()
+    process.set_process_name(name)
+    process.terminate_with_launcher()
+    process.keep_freed_memory()
+    stop = process.StopRequest()
     nodes: list[Node] = []
     try:
         _init(list(sys.argv if arguments is None else arguments))
@@ -163,11 +157,11 @@ def _flush(nodes: Sequence[Node]) -> None:
             publisher.wait_for_all_acked(Duration(seconds=left_s))
 
 
-def _spin(nodes: Sequence[Node], stop: StopRequest) -> None:
+def _spin(nodes: Sequence[Node], stop: process.StopRequest) -> None:
     executor = EventsExecutor()
     for node in nodes:
         executor.add_node(node)
-    periodic_gc = PeriodicGc(time.monotonic())
+    periodic_gc = process.PeriodicGc(time.monotonic())
     try:
         while not stop.requested:
             executor.spin_once(timeout_sec=_SPIN_S)
