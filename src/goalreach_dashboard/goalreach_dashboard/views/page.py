@@ -27,11 +27,7 @@ from goalreach_msgs_py.values import Confidence, Pose2, PoseEstimate
 View = Mapping[str, Any]
 """Values by name."""
 
-CHOICES: Final = {
-    'mode': MODES,
-    'speed': (0.25, 0.5, 1.0, 2.0, 4.0, 8.0),
-    'noise': NOISE_PRESETS,
-}
+CHOICES: Final = {'mode': MODES, 'speed': (0.25, 0.5, 1.0, 2.0, 4.0, 8.0), 'noise': NOISE_PRESETS}
 """What the page offers; speeds are simulated seconds per second."""
 _RECENT_S: Final = 0.5
 _MIN_LENGTH_TO_APPEND: Final = 32
