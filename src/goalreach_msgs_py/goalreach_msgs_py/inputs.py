@@ -30,8 +30,7 @@ class InputProblem:
 
     Attributes:
         topic: The input, or an empty text for the node itself.
-        kind: 'silent', 'apart', 'lost', 'duplicate', 'order', 'back', 'stalled', 'absent' or
-            'waiting'.
+        kind: 'silent', 'apart', 'lost', 'duplicate', 'order', 'back', 'stalled' or `ABSENT_KINDS`.
         text: One line for people, without the topic.
     """
 

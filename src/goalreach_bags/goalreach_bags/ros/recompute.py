@@ -33,9 +33,9 @@ _CONNECT_S: Final = 10.0
 _REPEAT_S: Final = 1.0
 _ATTEMPTS: Final = 20
 """Chosen: after the first a lost message is sent again, after so many nodes have failed."""
+
 _INCOMPLETE_STAMPS: Final = 64
 """Stamps whose sensors may be incomplete at a time. Chosen."""
-
 
 _OTHERS: Final = (topics.CLOCK, topics.LANDMARK_MARKERS, topics.DIAGNOSTICS, '/tf')
 """Topics of perception that are not compared: not those of a running graph either."""
@@ -192,11 +192,9 @@ def _perception(bag: BagReader, params_file: Path | None) -> Iterator[SensorFeed
             yield feeder
 
 
-def _write_parameters(
-    bag: BagReader, params_file: Path | None, directory: Path, renamed: str
-) -> Path:
+def _write_parameters(bag: BagReader, params_file: Path | None, folder: Path, prefix: str) -> Path:
     """Write the recorded parameters, with those of a file over them, for the renamed nodes."""
-    recorded_path, path = directory / 'recorded.yaml', directory / 'parameters.yaml'
+    recorded_path, path = folder / 'recorded.yaml', folder / 'parameters.yaml'
     text = bag.metadata.custom.get(PARAMETERS_KEY)
     files = [] if params_file is None else [params_file]
     if text is not None:
@@ -210,5 +208,5 @@ def _write_parameters(
         )
     merged = merge_parameters(*map(read_parameters, files))
     nodes = topics.LOCALIZER, topics.ESTIMATOR
-    write_parameters(path, {f'{renamed}_{node}': merged[node] for node in nodes})
+    write_parameters(path, {f'{prefix}_{node}': merged[node] for node in nodes})
     return path

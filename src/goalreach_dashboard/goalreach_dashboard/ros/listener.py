@@ -25,15 +25,10 @@ from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from goalreach_dashboard.state import CameraPicture, Landmarks, PageState
-from goalreach_msgs_py import diagnostic_messages as diagnostics
+from goalreach_msgs_py import diagnostic_messages as messages
+from goalreach_msgs_py import image_messages, topics
 from goalreach_msgs_py import sensor_messages as sensors
-from goalreach_msgs_py import topics
 from goalreach_msgs_py.cdr import MessageError, stamp_of
-from goalreach_msgs_py.image_messages import (
-    compressed_image_from_raw,
-    decode_image,
-    image_from_raw,
-)
 from goalreach_msgs_py.pose_messages import estimate_from_raw, odometry_from_raw
 from goalreach_msgs_py.ros.messaging import LATCHED_QOS, RawReader
 from goalreach_msgs_py.topics import CONTROLLER
@@ -92,7 +87,7 @@ def camera_picture(encoded: bytes, landmarks: Landmarks) -> CameraPicture:
     Raises:
         MessageError: OpenCV cannot decode the image.
     """
-    height_px, width_px = decode_image(encoded).shape
+    height_px, width_px = image_messages.decode_image(encoded).shape
     kind = 'png' if encoded.startswith(_PNG_SIGNATURE) else 'jpeg'
     return CameraPicture(
         url=f'data:image/{kind};base64,{base64.b64encode(encoded).decode("ascii")}',
@@ -157,9 +152,9 @@ class CameraReader:
 
     def _encoded(self, raw: bytes) -> bytes:
         if self.subscription.topic == topics.COMPRESSED_IMAGE:
-            return compressed_image_from_raw(raw)
+            return image_messages.compressed_image_from_raw(raw)
         quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
-        return bytes(cv2.imencode('.jpg', image_from_raw(raw), quality)[1])
+        return bytes(cv2.imencode('.jpg', image_messages.image_from_raw(raw), quality)[1])
 
     def close(self) -> None:
         """Unsubscribe."""
@@ -197,7 +192,7 @@ class GraphListener:
             for message_type, topic, qos, handler in (
                 (DiagnosticArray, topics.TRANSITION, QoSProfile(depth=500), self._on_transition),
                 (Float64MultiArray, topics.Q_TABLE, LATCHED_QOS, self._on_q_table),
-                (String, topics.MODEL, LATCHED_QOS, keep('learner', diagnostics.learner_from_raw)),
+                (String, topics.MODEL, LATCHED_QOS, keep('learner', messages.learner_from_raw)),
             )
         }
         # Type, topic, depth (0: latched) and handler. Taken from last to first, so the truth after
@@ -209,14 +204,9 @@ class GraphListener:
             (JointState, topics.JOINT_STATES, 5, self._on_joints),
             (LaserScan, topics.BUMPERS, 20, self._on_bumpers),
             (CameraInfo, topics.CAMERA_INFO, 1, self._on_camera_info),
-            (DiagnosticArray, topics.STATE, 1, keep('state', diagnostics.state_from_raw)),
+            (DiagnosticArray, topics.STATE, 1, keep('state', messages.state_from_raw)),
             (PolygonStamped, topics.LANDMARKS, 100, self._on_landmarks),
-            (
-                DiagnosticArray,
-                topics.BEHAVIORS,
-                1,
-                keep('behaviors', diagnostics.statuses_from_raw),
-            ),
+            (DiagnosticArray, topics.BEHAVIORS, 1, keep('behaviors', messages.statuses_from_raw)),
             (MarkerArray, topics.MARKERS, 0, self._on_markers),
             (PoseWithCovarianceStamped, topics.POSE, 5, _count_alone),
             (JointState, topics.HEAD_COMMAND, 1, _count_alone),
@@ -352,9 +342,7 @@ class GraphListener:
             self._state.add_estimate(stamp_ns, estimate_from_raw(raw))
 
     def _on_transition(self, raw: bytes) -> None:
-        self._pending.append(
-            (time.monotonic(), stamp_of(raw), diagnostics.transition_from_raw(raw))
-        )
+        self._pending.append((time.monotonic(), stamp_of(raw), messages.transition_from_raw(raw)))
 
     def _on_q_table(self, raw: bytes) -> None:
-        self._state.set_q_table(diagnostics.q_table_from_raw(raw))
+        self._state.set_q_table(messages.q_table_from_raw(raw))
