@@ -167,12 +167,7 @@ def _growth(own: Sequence[Sample]) -> Growth:
 
     memory_mb = statistics.median(s.holdings.memory_mb for s in before)
     return Growth(
-        name=own[-1].holdings.name,
-        samples=len(own),
-        span_s=_span_s(own),
-        memory_share=gained('memory_mb') / memory_mb,
-        memory_mb=own[-1].holdings.memory_mb,
-        handles=gained('handles'),
-        threads=gained('threads'),
-        shared_files=gained('shared_files'),
-    )
+        name=own[-1].holdings.name, samples=len(own), span_s=_span_s(own),
+        memory_share=gained('memory_mb') / memory_mb, memory_mb=own[-1].holdings.memory_mb,
+        handles=gained('handles'), threads=gained('threads'), shared_files=gained('shared_files'),
+    )  # fmt: skip

@@ -253,12 +253,7 @@ def _peer_row(
 ) -> BenchRow:
     ours, peer = (found[unit][method] for method in methods)
     return BenchRow(
-        name=name,
-        unit=unit,
-        ours=ours[figure],
-        reference=peer[figure],
-        reference_name=methods[1],
-        goal=Goal(of='ratio', relation='<=', bound=1.0),
-        n=found['frames'],
+        name=name, unit=unit, ours=ours[figure], reference=peer[figure], reference_name=methods[1],
+        goal=Goal(of='ratio', relation='<=', bound=1.0), n=found['frames'],
         note=f'p95 {ours["p95"]:.2f} against {peer["p95"]:.2f} {unit}',
-    )
+    )  # fmt: skip

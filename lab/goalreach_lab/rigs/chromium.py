@@ -12,16 +12,10 @@ from urllib.parse import urlsplit
 
 ADVICE = 'needs Chromium and its driver: apt-get install chromium chromium-driver'
 _FLAGS = (
-    '--headless',
-    '--no-sandbox',
-    '--disable-gpu',
-    '--disable-quic',
-    '--no-first-run',
-    '--disable-background-networking',
-    '--disable-component-update',
-    '--disable-sync',
+    '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
+    '--disable-background-networking', '--disable-component-update', '--disable-sync',
     '--lang=en-US',
-)
+)  # fmt: skip
 _COUNT = """
 window.count?.observer.disconnect();
 const count = window.count = {frames: 0, since: performance.now()};

@@ -38,22 +38,10 @@ from goalreach_msgs_py.noise import NoiseModel
 from goalreach_msgs_py.values import Pose2
 
 __all__ = [
-    'Arena',
-    'DriveFrame',
-    'Evaluation',
-    'GoalreachError',
-    'LearningConfig',
-    'NoiseModel',
-    'Policy',
-    'Pose2',
-    'evaluate',
-    'figures',
-    'read_arena',
-    'read_policy',
-    'simulate',
-    'train',
+    'Arena', 'DriveFrame', 'Evaluation', 'GoalreachError', 'LearningConfig', 'NoiseModel',
+    'Policy', 'Pose2', 'evaluate', 'figures', 'read_arena', 'read_policy', 'simulate', 'train',
     'write_policy',
-]
+]  # fmt: skip
 
 if find_spec('gymnasium') is not None:
     import_module('goalreach_learning.gym_environment')

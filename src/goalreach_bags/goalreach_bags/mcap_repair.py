@@ -51,15 +51,9 @@ _CHUNK: Final = re.compile(
 """Head of a chunk: its length, times, check sum and compression, and the length of its records."""
 
 _DAMAGE: Final = (
-    McapError,
-    zstandard.ZstdError,
-    KeyError,
-    MemoryError,
-    OverflowError,
-    RuntimeError,
-    ValueError,
+    McapError, zstandard.ZstdError, KeyError, MemoryError, OverflowError, RuntimeError, ValueError,
     struct.error,
-)
+)  # fmt: skip
 """Raised for a record that is not sound; RuntimeError by lz4."""
 
 

@@ -7,15 +7,9 @@ from typing import Final
 from goalreach_msgs_py import topics
 
 TICK_TOPICS: Final = (
-    topics.CLOCK,
-    topics.GROUND_TRUTH,
-    *topics.SENSORS,
-    topics.POSE,
-    topics.LANDMARKS,
-    topics.HEAD_COMMAND,
-    topics.STATE,
-    topics.CMD_VEL,
-)
+    topics.CLOCK, topics.GROUND_TRUTH, *topics.SENSORS, topics.POSE, topics.LANDMARKS,
+    topics.HEAD_COMMAND, topics.STATE, topics.CMD_VEL,
+)  # fmt: skip
 """Topics with one message in each tick of a run."""
 
 RUN_TOPICS: Final = (

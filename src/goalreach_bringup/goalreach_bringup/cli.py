@@ -24,22 +24,9 @@ if TYPE_CHECKING:
     from goalreach_bringup.command import Command
 
 COMMANDS: Final = (
-    'run',
-    'train',
-    'evaluate',
-    'sweep',
-    'record',
-    'replay',
-    'bag',
-    'figures',
-    'dashboard',
-    'ros2',
-    'doctor',
-    'check-robot',
-    'calibrate',
-    'tags',
-    'new-arena',
-)
+    'run', 'train', 'evaluate', 'sweep', 'record', 'replay', 'bag', 'figures', 'dashboard', 'ros2',
+    'doctor', 'check-robot', 'calibrate', 'tags', 'new-arena',
+)  # fmt: skip
 ROS_COMMANDS: Final = ('run', 'record', 'replay', 'dashboard', 'ros2', 'check-robot', 'calibrate')
 _STATUS_INTERRUPTED = 130
 _STREAMS: Final = ('stdin', 'stdout', 'stderr')

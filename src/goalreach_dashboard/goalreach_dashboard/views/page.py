@@ -54,25 +54,18 @@ def page_view(state: PageState, now_s: float) -> View:
     cast, heading_rad = ((), None) if lost else decide(state)
     rates = [(topic, rate.rate_hz(now_s)) for topic, rate in sorted(health.topics.items())]
     return {
-        **_summary(state, now_s),
-        **_poses(state),
-        'arena': _arena(state.arena),
+        **_summary(state, now_s), **_poses(state), 'arena': _arena(state.arena),
         'nodes': {name: _node(state, name, now_s) for name in health.nodes},
         'topics': [(topic, round(rate_hz, 1)) for topic, rate_hz in rates],
-        'picture': _picture(state.picture),
-        'lost': lost,
+        'picture': _picture(state.picture), 'lost': lost,
         'obstacles': [(*one[:4], degrees(one[4]), one[5]) for one in state.obstacles],
         'behaviors': [_proposal(status) for status in state.behaviors],
-        'region': _region(state, lost=lost),
-        'votes': _votes(cast, state.arena.regions),
-        'heading': None if heading_rad is None else degrees(heading_rad),
-        'note': _note(state),
+        'region': _region(state, lost=lost), 'votes': _votes(cast, state.arena.regions),
+        'heading': None if heading_rad is None else degrees(heading_rad), 'note': _note(state),
         'policy': None if state.policy is None else _policy(state.policy),
-        'model': _model(state.learner),
-        'last': _last(state),
-        'curve': list(state.paths.curve),
+        'model': _model(state.learner), 'last': _last(state), 'curve': list(state.paths.curve),
         'outcomes': dict(state.paths.outcomes),
-    }
+    }  # fmt: skip
 
 
 def _proposal(status: Status) -> tuple[str, float | None, str, bool]:
